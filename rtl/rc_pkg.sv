@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+// Types and constants shared by two or more units: the only place where a width or a record layout
+// is written down. scripts/raycore/image.py packs the records; docs/seams.md explains them.
+package rc_pkg;
+
+  // ---- 24-bit floating point, 1-7-16 (paper Sec. 4.1) ------------------------------------------
+  parameter int unsigned FP_EXP_W = 7;
+  parameter int unsigned FP_MAN_W = 16;
+  parameter int unsigned FP_W     = 1 + FP_EXP_W + FP_MAN_W;
+  typedef logic [FP_W-1:0] fp_t;
+  typedef fp_t [2:0] vec3_t;               // [0] x, [1] y, [2] z
+
+  // Latencies of the functional units in cycles (paper Sec. 3.4). Deeper values give longer
+  // pipelines, aligned by construction, with the same results.
+  parameter int unsigned LAT_ADD  = 2;
+  parameter int unsigned LAT_ADD3 = 2;
+  parameter int unsigned LAT_MUL  = 1;
+  parameter int unsigned LAT_CMP  = 1;
+  parameter int unsigned LAT_DIV  = 2;
+  parameter int unsigned LAT_SQRT = 2;
+  parameter int unsigned LAT_CONV = 1;     // integer to float and back
+
+  parameter fp_t FP_ZERO   = 24'h000000;
+  parameter fp_t FP_ONE    = 24'h3F0000;
+  parameter fp_t FP_INF    = 24'h7F0000;
+  parameter fp_t FP_HUGE   = 24'h7D0000;   // 2^62: stands for 1/0 and for "no limit"
+  parameter fp_t T_MIN     = 24'h310000;   // 2^-14: nearest hit that counts
+  parameter fp_t T_SLACK   = 24'h360000;   // 2^-9: nearest hit that counts if it used the edge slack
+  parameter fp_t HIT_LIFT  = 24'h2E0000;   // 2^-17: hit points float this far above their triangle
+
+  function automatic fp_t fp_neg(fp_t a);
+    return a ^ {1'b1, {(FP_W - 1) {1'b0}}};
+  endfunction
+
+  // ---- indices ----------------------------------------------------------------------------------
+  parameter int unsigned RAY_ID_W = 8;     // paper Sec. 3.3
+  parameter int unsigned IDX_W    = 24;    // nodes, list entries, triangles
+  parameter int unsigned MAT_W    = 12;
+  typedef logic [RAY_ID_W-1:0] ray_id_t;
+  typedef logic [IDX_W-1:0]    idx_t;
+  typedef logic [MAT_W-1:0]    mat_t;
+  parameter idx_t TRI_NONE = '1;           // no triangle
+
+  // ---- memory -----------------------------------------------------------------------------------
+  parameter int unsigned ADDR_W = 32;      // bytes
+  parameter int unsigned LINE_B = 64;      // bytes a block in memory
+  parameter int unsigned LINE_ADDR_W = ADDR_W - $clog2(LINE_B);
+  parameter int unsigned LINE_W = 480;     // bits a line in SRAM: eight words of 60 used bits
+  parameter int unsigned WORD_W = 60;
+  typedef logic [ADDR_W-1:0]      addr_t;
+  typedef logic [LINE_ADDR_W-1:0] line_addr_t;
+  typedef logic [7:0][WORD_W-1:0] line_t;
+
+  // ---- records in memory (low bit of word 0 first) ------------------------------------------------
+  // Node, 8 bytes. Inner: adjacent child at index + 1. Empty children are flagged, never stored.
+  typedef struct packed {
+    logic [6:0] zero;                      // [59:53]
+    idx_t       other;                     // [52:29] inner: index of the child that is not adjacent
+                                           //         leaf: first list entry; count 1: the triangle
+    logic       upper_empty;               // [28]
+    logic       lower_empty;               // [27]
+    logic       swap;                      // [26] the adjacent child is the upper one
+    logic [1:0] axis;                      // [25:24] 0 x, 1 y, 2 z, 3 leaf
+    fp_t        split;                     // [23:0] leaf: [19:0] triangle count
+  } node_t;
+
+  // List entry, 4 bytes in memory, the low 26 bits used; two in a word, at bits 0 and 32.
+  typedef struct packed {
+    logic opaque;                          // [25]
+    logic last;                            // [24] last entry of its leaf
+    idx_t tri;                             // [23:0]
+  } list_entry_t;
+
+  // TriAccel record, 32 bytes = four words of 60 bits (EXPERIMENTS recipe T, Wald 2004).
+  typedef struct packed {
+    logic [11:0] b_v_hi;  fp_t g_v;  fp_t g_u;                                     // word 3
+    logic [11:0] b_v_lo;  fp_t b_u;  fp_t a_k;                                     // word 2
+    mat_t        mat;     fp_t a_v;  fp_t a_u;                                     // word 1
+    logic opaque; logic [1:0] k; logic [4:0] eps_e; logic [3:0] eps_m; fp_t n_v; fp_t n_u;  // word 0
+  } triaccel_t;                            // k = 3 never hits
+
+  // Triangle information, 64 bytes = eight words of 60 bits.
+  typedef struct packed {
+    logic [35:0] zero7;              fp_t e2_z;   // word 7   e1 = n1 - n0, e2 = n2 - n0
+    logic [11:0] zero6;  fp_t e2_y;  fp_t e2_x;   // word 6
+    logic [11:0] zero5;  fp_t e1_z;  fp_t e1_y;   // word 5
+    logic [11:0] zero4;  fp_t e1_x;  fp_t n0_z;   // word 4
+    logic [11:0] zero3;  fp_t n0_y;  fp_t n0_x;   // word 3   n0: normal at vertex 0
+    logic [11:0] zero2;  fp_t n_z;   fp_t n_y;    // word 2   n: unit normal of the plane
+    logic [11:0] zero1;  fp_t n_x;   fp_t a_z;    // word 1   a: vertex 0
+    mat_t        mat;    fp_t a_y;   fp_t a_x;    // word 0
+  } tri_info_t;
+
+  // Light, 64 bytes. Position of a point light, or unit vector towards a directional one.
+  typedef struct packed {
+    logic [119:0] zero6;                                    // words 6-7
+    logic [59:0]  zero5;                                    // word 5
+    logic [35:0]  zero4;                 fp_t att_q;        // word 4   1 / (c + l D + q D^2)
+    logic [11:0]  zero3;   fp_t att_l;   fp_t att_c;        // word 3
+    logic [11:0]  zero2;   fp_t col_b;   fp_t col_g;        // word 2
+    logic [11:0]  zero1;   fp_t col_r;   fp_t pos_z;        // word 1
+    logic [10:0]  zero0;   logic directional; fp_t pos_y; fp_t pos_x;   // word 0
+  } light_t;
+
+  // Phong material, 64 bytes. Shininess is 2^shin_log2, 0 to 8.
+  typedef struct packed {
+    logic [179:0] zero5;                                    // words 5-7
+    logic [35:0]  zero4;                 fp_t spec_b;       // word 4
+    logic [11:0]  zero3;   fp_t spec_g;  fp_t spec_r;       // word 3
+    logic [11:0]  zero2;   fp_t diff_b;  fp_t diff_g;       // word 2
+    logic [11:0]  zero1;   fp_t diff_r;  fp_t amb_b;        // word 1
+    logic [7:0]   zero0;   logic [3:0] shin_log2; fp_t amb_g; fp_t amb_r;   // word 0
+  } material_t;
+
+  parameter int unsigned MAX_LIGHTS    = 16;
+  parameter int unsigned MAX_MATERIALS = 256;
+  typedef logic [3:0] light_id_t;
+
+  // ---- between units ------------------------------------------------------------------------------
+  typedef struct packed {
+    ray_id_t id;
+    logic    any_hit;                      // shadow ray: the first hit found ends it
+    idx_t    skip;                         // triangle the ray leaves from; TRI_NONE: none
+    fp_t     t_max;                        // FP_HUGE: no limit
+    vec3_t   inv_dir;                      // 1/0 is +-FP_HUGE
+    vec3_t   dir;                          // unit length
+    vec3_t   org;
+  } ray_t;
+
+  typedef struct packed {
+    ray_id_t id;
+    logic    any_hit;                      // as in the ray
+    logic    hit;
+    idx_t    tri;                          // TRI_NONE if nothing was hit
+    fp_t     t;
+    fp_t     beta;                         // barycentric weights of vertices 1 and 2
+    fp_t     gamma;
+  } hit_t;
+
+  typedef struct packed {                  // dispatcher to setup: an 8x8 block, in blocks
+    logic [12:0] x;
+    logic [12:0] y;
+  } block_t;
+
+  typedef struct packed {                  // setup to ray generation: a primary ray to make
+    ray_id_t     id;
+    logic [15:0] x;                        // pixel; row 0 is the top
+    logic [15:0] y;
+  } pri_t;
+
+  typedef struct packed {                  // shading to ray generation: a shadow ray to make
+    ray_id_t   id;
+    light_id_t light;
+    idx_t      skip;
+    fp_t       t_max;
+    vec3_t     dir;
+    vec3_t     org;
+  } sec_t;
+
+  typedef struct packed {                  // shading to colour buffer: a pixel is finished
+    ray_id_t id;
+    vec3_t   rgb;                          // [0] red
+  } done_t;
+
+  typedef struct packed {                  // registers that make primary rays, see docs/seams.md
+    vec3_t org;
+    vec3_t c;
+    vec3_t u;
+    vec3_t v;
+  } camera_t;
+
+  // What the host tells the T&I unit about the tree; constant while a frame runs.
+  typedef struct packed {
+    line_addr_t  node_base;  idx_t node_count;  idx_t root;
+    line_addr_t  list_base;  idx_t list_count;
+    line_addr_t  accel_base; idx_t tri_count;
+    vec3_t       box_lo;     vec3_t box_hi;
+    logic [15:0] max_slots;                // slots a ray may take before the frame ends in error
+  } tree_cfg_t;
+
+  // ---- errors that end a frame (docs/registers: ERROR.code) -----------------------------------------
+  typedef enum logic [3:0] {
+    ERR_NONE   = 4'd0,
+    ERR_NODE   = 4'd1,                     // node index outside its region
+    ERR_LIST   = 4'd2,                     // list index outside its region
+    ERR_TRI    = 4'd3,                     // triangle index outside its region
+    ERR_STACK  = 4'd4,                     // tree deeper than the stack
+    ERR_SLOTS  = 4'd5,                     // a ray took more slots than allowed
+    ERR_SLVERR = 4'd6,                     // memory answered SLVERR
+    ERR_DECERR = 4'd7,                     // memory answered DECERR
+    ERR_WINDOW = 4'd8,                     // address outside every window
+    ERR_MAT    = 4'd9,                     // material index outside its region
+    ERR_CONFIG = 4'd10                     // registers that make no sense (zero size, too many lights)
+  } err_e;
+  typedef struct packed {
+    err_e  code;
+    addr_t addr;                           // index or byte address that was wrong
+  } err_t;
+
+  // ---- counter events of one T&I pipeline, one cycle -------------------------------------------------
+  typedef struct packed {
+    logic box;                             // slots by mode
+    logic trav1;
+    logic trav2;
+    logic isect;
+    logic miss_nt;                         // slot lost: L1 node/TriAccel miss
+    logic miss_list;                       // slot lost: L1 list miss
+    logic stall_out;                       // slot lost: finished ray could not leave
+    logic bubble;                          // no ray in the slot
+    logic nt_hit;                          // accesses
+    logic list_hit;
+    logic ray_in;
+    logic ray_out;
+  } tni_ev_t;
+
+  // ---- what a simulation may watch: one struct a cycle and RTU, no hardware cost ---------------------
+  typedef struct packed {
+    logic      pri_valid;                  // a primary ray was issued for pixel (x, y)
+    pri_t      pri;
+    logic      sec_valid;                  // a shadow ray was issued
+    ray_id_t   sec_id;
+    light_id_t sec_light;
+    logic      hit_valid;                  // a ray finished
+    hit_t      hit;
+  } trace_t;
+
+endpackage

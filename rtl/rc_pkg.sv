@@ -178,6 +178,23 @@ package rc_pkg;
     logic [15:0] max_slots;                // slots a ray may take before the frame ends in error
   } tree_cfg_t;
 
+  // What the host tells the shading unit and the colour buffer; constant while a frame runs.
+  typedef struct packed {
+    line_addr_t info_base;                 // triangle information, tree_cfg_t.tri_count records
+    logic [8:0] mat_count;                 // 1 to MAX_MATERIALS
+    logic [4:0] light_count;               // 0 to MAX_LIGHTS
+    logic       shadows;                   // trace shadow rays
+    vec3_t      background;                // [0] red
+  } shade_cfg_t;
+
+  typedef struct packed {
+    line_addr_t  fb_base;                  // row 0, the top row
+    logic [18:0] fb_stride;                // from row to row, in 32 bytes
+    logic        rgb10;                    // pixel format: RGB10A2, not RGBA8
+    logic [15:0] width;                    // pixels, not 0
+    logic [15:0] height;
+  } frame_cfg_t;
+
   // ---- errors that end a frame (docs/registers: ERROR.code) -----------------------------------------
   typedef enum logic [3:0] {
     ERR_NONE   = 4'd0,
@@ -205,13 +222,24 @@ package rc_pkg;
     logic isect;
     logic miss_nt;                         // slot lost: L1 node/TriAccel miss
     logic miss_list;                       // slot lost: L1 list miss
-    logic stall_out;                       // slot lost: finished ray could not leave
     logic bubble;                          // no ray in the slot
     logic nt_hit;                          // accesses
     logic list_hit;
     logic ray_in;
     logic ray_out;
   } tni_ev_t;
+
+  // Counter events of one ray-tracing unit, one cycle.
+  typedef struct packed {
+    tni_ev_t [3:0] tni;                    // by pipeline
+    logic          l2_hit;                 // accesses
+    logic          l2_miss;
+    logic          tri_hit;                // triangle cache, accesses
+    logic          tri_miss;
+    logic          pri;                    // a primary ray was issued
+    logic          sec;                    // a shadow ray was issued
+    logic          culled;                 // a shadow ray was not worth one
+  } rtu_ev_t;
 
   // ---- what a simulation may watch: one struct a cycle and RTU, no hardware cost ---------------------
   typedef struct packed {

@@ -68,7 +68,7 @@ package rc_pkg;
   typedef struct packed {
     logic opaque;                          // [25]
     logic last;                            // [24] last entry of its leaf
-    idx_t tri;                             // [23:0]
+    idx_t tri_idx;                         // [23:0]
   } list_entry_t;
 
   // TriAccel record, 32 bytes = four words of 60 bits (EXPERIMENTS recipe T, Wald 2004).
@@ -131,7 +131,7 @@ package rc_pkg;
     ray_id_t id;
     logic    any_hit;                      // as in the ray
     logic    hit;
-    idx_t    tri;                          // TRI_NONE if nothing was hit
+    idx_t    tri_idx;                      // TRI_NONE if nothing was hit
     fp_t     t;
     fp_t     beta;                         // barycentric weights of vertices 1 and 2
     fp_t     gamma;

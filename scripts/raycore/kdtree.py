@@ -218,7 +218,9 @@ def _sweep(events, begin, end, axis, n, lo, hi, ct, ci, bonus, flat, best):
         right -= planars + ends
         inner = key > key_lo and key < key_hi
         # A face of the node is a candidate only if it takes planar triangles away from others.
-        face = flat and planars > 0 and ((key == key_lo and right > 0) or (key == key_hi and left > 0)) and key_lo < key_hi
+        face = (
+            flat and planars > 0 and ((key == key_lo and right > 0) or (key == key_hi and left > 0)) and key_lo < key_hi
+        )
         if inner or face:
             p = _value(key)
             area_l = cap + rim * (p - lo[axis])
@@ -602,9 +604,7 @@ def _pack(built, params):
     ref[many] = starts[:-1]
     single = leaves[count[leaves] == 1]
     ref[single] = leaf_tris[first[single]]
-    nodes[slot[leaves]] = (
-        count[leaves].astype(np.uint64) | np.uint64(AXIS_LEAF << 24) | (ref[leaves] << np.uint64(29))
-    )
+    nodes[slot[leaves]] = count[leaves].astype(np.uint64) | np.uint64(AXIS_LEAF << 24) | (ref[leaves] << np.uint64(29))
 
     inner = stored[kind[stored] < AXIS_LEAF]
     left, right = child_l[inner], child_r[inner]
@@ -667,12 +667,27 @@ def build(tri24, mask=None, params=None):
     began = time.perf_counter()
     tri24 = np.ascontiguousarray(tri24, dtype=np.float64)
     if tri24.shape[0] >= INDEX_LIMIT:
-        raise SceneError(f"{tri24.shape[0]} triangles are more than the hardware can number ({INDEX_LIMIT - 1}): simplify the mesh")
+        raise SceneError(
+            f"{tri24.shape[0]} triangles are more than the hardware can number ({INDEX_LIMIT - 1}): simplify the mesh"
+        )
     ids = np.arange(tri24.shape[0], dtype=np.int32) if mask is None else np.flatnonzero(~mask).astype(np.int32)
     if ids.size == 0:
         nodes = np.array([AXIS_LEAF << 24], np.uint64)
-        stats = {"node_count": 1, "leaf_count": 1, "empty_leaf_count": 0, "depth": 0, "sah_cost": 0.0, "list_entries": 0}
-        stats |= {"padding": 0, "adjacent_in_line": 1.0, "children_in_line": 1.0, "visits_in_line": 1.0, "line_end_parents": 0}
+        stats = {
+            "node_count": 1,
+            "leaf_count": 1,
+            "empty_leaf_count": 0,
+            "depth": 0,
+            "sah_cost": 0.0,
+            "list_entries": 0,
+        }
+        stats |= {
+            "padding": 0,
+            "adjacent_in_line": 1.0,
+            "children_in_line": 1.0,
+            "visits_in_line": 1.0,
+            "line_end_parents": 0,
+        }
         return Tree(nodes, np.zeros(0, np.uint32), 0, np.zeros((2, 3)), params, stats)
     tris = tri24[ids] + 0.0
     if not np.all(np.abs(tris) <= 1.0) or np.any(tris != fp24.round_to_fp24(tris)):
@@ -696,7 +711,9 @@ def build(tri24, mask=None, params=None):
     built_at = time.perf_counter()
     kind, _, _, _, _, count, area, depth_of, leaf_tris = built
     if count.max() >= COUNT_LIMIT:
-        raise SceneError(f"a leaf holds {count.max()} triangles, more than {COUNT_LIMIT - 1}: the mesh has too many coincident triangles")
+        raise SceneError(
+            f"a leaf holds {count.max()} triangles, more than {COUNT_LIMIT - 1}: the mesh has too many coincident triangles"
+        )
     nodes, lists, layout_stats = _pack(built, params)
     if nodes.size >= INDEX_LIMIT or lists.size >= INDEX_LIMIT:
         raise SceneError(
@@ -794,7 +811,14 @@ def walk(tree):
         else:
             todo.append((i + 1 if swap else ref, upper, depth + 1, row))
     return Walk(
-        np.array(index), np.array(axes), np.array(splits), np.array(boxes), np.array(depths), np.array(parents), leaves, empty
+        np.array(index),
+        np.array(axes),
+        np.array(splits),
+        np.array(boxes),
+        np.array(depths),
+        np.array(parents),
+        leaves,
+        empty,
     )
 
 
@@ -817,5 +841,3 @@ def stack_depth(tree):
     for row in range(1, deepest.size):
         deepest[row] += deepest[w.parent[row]]
     return int(deepest.max()) if deepest.size else 0
-
-

@@ -126,7 +126,11 @@ def pack(rec, material, opaque=None):
         return low | (mid << np.uint64(24)) | (top << np.uint64(48))
 
     n, a, b, g = (fp24.to_bits(np.ascontiguousarray(x)).astype(np.uint64) for x in (rec.n, rec.a, rec.b, rec.g))
-    flags = rec.eps_code.astype(np.uint64) | (rec.k.astype(np.uint64) << np.uint64(9)) | (solid.astype(np.uint64) << np.uint64(11))
+    flags = (
+        rec.eps_code.astype(np.uint64)
+        | (rec.k.astype(np.uint64) << np.uint64(9))
+        | (solid.astype(np.uint64) << np.uint64(11))
+    )
     return np.stack(
         (
             word(n[:, 0], n[:, 1], flags),

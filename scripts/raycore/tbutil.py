@@ -155,7 +155,7 @@ def run_cocotb(top: str, sources: Sequence[str | Path], test_module: str, *,
         parameters, defines: given to Verilator; includes: folders.
         build_args: more arguments of Verilator, such as "-Wno-…" or control files.
         public: inner signals that the test reads or writes, "module.signal", wildcards allowed. Only the ports and
-            the parameters of every module are visible otherwise, which simulates half as fast again.
+            the parameters of `top` are visible otherwise, which simulates half as fast again.
         testcase: run only these; seed: cocotb's seed (default: the session's); env: more variables for the tests.
         opt: compiler optimisation; -O3 pays only for runs of minutes.
     Returns: the folder of the run, with results.xml, run.log and, with WAVES=1, dump.fst.
@@ -171,10 +171,12 @@ def run_cocotb(top: str, sources: Sequence[str | Path], test_module: str, *,
     waves, coverage = flag("WAVES"), flag("RAYCORE_COVERAGE")
     control = ["`verilator_config", f"// what cocotb may see of {top}"]
     control += [f'public_flat_rw -module "{top}" -var "{p}"' for p in _PORT_PATTERNS]
+    # Not --public-params: a constant of a package that is also a macro of <math.h> (FP_ZERO) would not compile.
+    control += [f'public_flat_rd -module "{top}" -param "*"']
     for item in public:
         module, _, signal = item.rpartition(".")
         control.append(f'public_flat_rw -module "{module or top}" -var "{signal}"')
-    args = ["--vpi", "--public-params", *build_args]
+    args = ["--vpi", *build_args]
     args += ["-LDFLAGS", f"-Wl,-rpath,{config.libs_dir} -L{config.libs_dir} -lcocotbvpi_verilator"]
     args += ["--trace-fst", "--trace-structs"] if waves else []
     args += _COVERAGE_ARGS if coverage else []

@@ -53,7 +53,8 @@ def pack(rgb, fb_format=RGBA8):
         raise ValueError(f"frame buffer format {fb_format} is neither RGBA8 nor RGB10A2")
     bits, alpha = (8, 255 << 24) if fb_format == RGBA8 else (10, 3 << 30)
     channel = fp24.unorm(np.asarray(rgb, dtype=np.float64), bits).astype(np.uint32)
-    return channel[..., 0] | channel[..., 1] << np.uint32(bits) | channel[..., 2] << np.uint32(2 * bits) | np.uint32(alpha)
+    red, green, blue = (channel[..., i] << np.uint32(i * bits) for i in range(3))
+    return red | green | blue | np.uint32(alpha)
 
 
 def unpack(pixels, fb_format=RGBA8):

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+// Memory read port: lines of 64 bytes for several clients over one AXI4 read channel, one burst a
+// line, one ID, so that answers come in order.
+//   request   round robin; checked against the windows; noted in the order queue; to AR
+//   answer    beats are put together; the line goes to the client at the head of the order queue
+// Nothing a memory can answer hangs it: beats are counted, whatever RLAST says, and beats that
+// nobody asked for are swallowed. A request outside the windows is not sent but answered with zeros.
+module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
+  parameter int unsigned NumClients = 4,
+  parameter int unsigned NumWindows = 4,
+  parameter int unsigned DataW      = 64,    // bits: 64, 128 or 256
+  parameter int unsigned IdW        = 1,     // bits
+  parameter int unsigned MaxBurst   = 16     // lines asked for and not yet answered
+) (
+  input  logic                        clk_i,
+  input  logic                        rst_ni,
+  input  window_t [NumWindows-1:0]    window_i,      // constant while requests come
+  input  logic                        stop_i,        // take no more requests
+  output logic                        idle_o,        // nothing is outstanding
+  output logic                        err_valid_o,   // for one cycle
+  output err_t                        err_o,         // address of the line's first byte
+  input  logic [NumClients-1:0]       req_valid_i,
+  output logic [NumClients-1:0]       req_ready_o,
+  input  line_addr_t [NumClients-1:0] req_addr_i,
+  output logic [NumClients-1:0]       rsp_valid_o,   // one-hot; per client in order of its requests
+  output line_t                       rsp_line_o,
+  output logic [NumClients-1:0]       ev_line_o,     // a line is asked from memory for this client
+  output logic [IdW-1:0]              m_axi_arid,
+  output addr_t                       m_axi_araddr,
+  output logic [7:0]                  m_axi_arlen,
+  output logic [2:0]                  m_axi_arsize,
+  output logic [1:0]                  m_axi_arburst,
+  output logic                        m_axi_arvalid,
+  input  logic                        m_axi_arready,
+  input  logic [IdW-1:0]              m_axi_rid,
+  input  logic [DataW-1:0]            m_axi_rdata,
+  input  logic [1:0]                  m_axi_rresp,
+  input  logic                        m_axi_rlast,
+  input  logic                        m_axi_rvalid,
+  output logic                        m_axi_rready
+);
+  localparam int unsigned BEATS   = LINE_B * 8 / DataW;
+  localparam int unsigned BEAT_W  = $clog2(BEATS);
+  localparam int unsigned WORDS   = DataW / 64;            // words a beat
+  localparam int unsigned CLIENTW = (NumClients > 1) ? $clog2(NumClients) : 1;
+  localparam int unsigned CNT_W   = $clog2(MaxBurst + 1);
+  typedef struct packed {
+    logic [CLIENTW-1:0] client;
+    logic               sent;                              // false: outside the windows
+    line_addr_t         addr;
+  } order_t;
+  if (DataW != 64 && DataW != 128 && DataW != 256) begin : gen_bad_width
+    $error("DataW must be 64, 128 or 256");
+  end
+
+  // ---- requests ------------------------------------------------------------------------------------
+  logic [NumClients-1:0] gnt;
+  logic [CLIENTW-1:0]    gnt_idx;
+  logic [NumWindows-1:0] in_window;
+  line_addr_t            gnt_addr;
+  order_t                head;
+  logic                  may_take, order_ready, head_valid, head_done;
+  logic [CNT_W-1:0]      unused_count;
+  assign may_take = order_ready && !stop_i && (!m_axi_arvalid || m_axi_arready);
+  assign gnt_addr = req_addr_i[gnt_idx];
+  rc_rr_arb #(.NumReq(NumClients)) u_arb (
+    .clk_i, .rst_ni, .req_i(may_take ? req_valid_i : '0), .ready_i(1'b1), .gnt_o(gnt), .idx_o(gnt_idx)
+  );
+  assign req_ready_o = gnt;
+  always_comb begin
+    for (int w = 0; w < NumWindows; w++)
+      in_window[w] = gnt_addr >= window_i[w].lo && {1'b0, gnt_addr} < window_i[w].hi;
+  end
+  rc_fifo #(.data_t(order_t), .Depth(MaxBurst), .Ram(1'b0)) u_order (
+    .clk_i, .rst_ni,
+    .in_valid_i(gnt != '0), .in_ready_o(order_ready), .in_data_i({gnt_idx, in_window != '0, gnt_addr}),
+    .out_valid_o(head_valid), .out_ready_i(head_done), .out_data_o(head), .count_o(unused_count)
+  );
+  always_ff @(posedge clk_i) begin
+    if (!rst_ni) begin
+      m_axi_arvalid <= 1'b0;
+      ev_line_o     <= '0;
+    end else begin
+      if (!m_axi_arvalid || m_axi_arready) m_axi_arvalid <= gnt != '0 && in_window != '0;
+      ev_line_o <= (in_window != '0) ? gnt : '0;
+    end
+    if (gnt != '0) m_axi_araddr <= {gnt_addr, 6'b0};
+  end
+  assign m_axi_arid    = '0;
+  assign m_axi_arlen   = 8'(BEATS - 1);
+  assign m_axi_arsize  = 3'($clog2(DataW / 8));
+  assign m_axi_arburst = AXI_BURST_INCR;
+
+  // ---- answers -------------------------------------------------------------------------------------
+  logic [CNT_W-1:0]  sent_q;               // bursts that AR took and R has not finished
+  logic [BEAT_W-1:0] beat_q;
+  logic              outside, beat, expected, last;
+  assign outside      = head_valid && !head.sent;          // answered now, at the cost of one cycle
+  assign m_axi_rready = !outside;
+  assign beat         = m_axi_rvalid && m_axi_rready;
+  assign expected     = sent_q != '0;
+  assign last         = beat && expected && beat_q == BEAT_W'(BEATS - 1);
+  assign head_done    = outside || last;
+  always_ff @(posedge clk_i) begin
+    if (!rst_ni) begin
+      {sent_q, beat_q, rsp_valid_o} <= '0;
+    end else begin
+      sent_q <= sent_q + CNT_W'(m_axi_arvalid && m_axi_arready) - CNT_W'(last);
+      if (beat && expected) beat_q <= beat_q + 1'b1;
+      rsp_valid_o <= head_done ? NumClients'(1) << head.client : '0;
+    end
+    for (int b = 0; b < BEATS; b++) begin
+      for (int w = 0; w < WORDS; w++) begin
+        if (outside) rsp_line_o[b * WORDS + w] <= '0;
+        else if (beat && beat_q == BEAT_W'(b)) rsp_line_o[b * WORDS + w] <= m_axi_rdata[64 * w +: WORD_W];
+      end
+    end
+  end
+  logic unused_rdata;                      // the top four bits of every word
+  assign unused_rdata = ^m_axi_rdata;
+  assign idle_o = !head_valid && rsp_valid_o == '0;
+
+  // ---- errors: all are reported, the receiver latches the first -------------------------------------
+  logic beat_bad;
+  assign beat_bad = beat && (!expected || m_axi_rresp[1] || m_axi_rid != '0
+                             || m_axi_rlast != (beat_q == BEAT_W'(BEATS - 1)));
+  always_ff @(posedge clk_i) begin
+    err_valid_o <= rst_ni && (beat_bad || (gnt != '0 && in_window == '0));
+    if (beat_bad) begin
+      err_o.code <= (m_axi_rresp == AXI_RESP_DECERR) ? ERR_DECERR : ERR_SLVERR;
+      err_o.addr <= expected ? {head.addr, 6'b0} : '0;
+    end else begin
+      err_o.code <= ERR_WINDOW;
+      err_o.addr <= {gnt_addr, 6'b0};
+    end
+  end
+
+`ifndef SYNTHESIS
+  always_ff @(posedge clk_i) begin
+    if (rst_ni) begin
+      // The answer belongs to the head: a burst under way has its entry there.
+      if (expected && !outside) HeadIsSent_A: assert (head_valid && head.sent);
+      OneClient_A: assert ($onehot0(rsp_valid_o));
+      if ($past(rst_ni && m_axi_arvalid && !m_axi_arready))
+        ArHeld_A: assert (m_axi_arvalid && $stable(m_axi_araddr));
+      if (beat_q != '0) MidBurst_A: assert (head_valid && head.sent);
+    end
+  end
+`endif
+endmodule

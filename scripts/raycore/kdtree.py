@@ -4,8 +4,8 @@
 Source: I. Wald and V. Havran, "On building fast kd-trees for ray tracing, and on doing that in O(N log N)", 2006
 (event lists that stay sorted, "perfect splits", three-way handling of planar triangles). What differs, and why:
 
-* Every plane lies on the FP24 grid, for that is what the hardware reads. Clipped bounds are rounded outwards to the grid;
-  bounds at vertices are exact, since vertices are FP24 numbers already.
+* Every plane lies on the FP24 grid, for that is what the hardware reads. Clipped bounds are rounded outwards to the
+  grid; bounds at vertices are exact, since vertices are FP24 numbers already.
 * A plane may lie on a face of its own node when planar triangles lie there and others do not. The child is then flat.
   Walls and floors leave the rest of a room that way.
 * Nodes use the hardware's layout (8 bytes, adjacent child, flags for empty children); see `Tree`.
@@ -57,8 +57,8 @@ class Tree:
     """A kd-tree in the hardware's layout.
 
     nodes: uint64. Inner node: [23:0] split plane (FP24 bits), [25:24] axis, [26] swap: the child at index + 1 is the
-        upper one, [27]/[28] lower/upper child is an empty leaf (never stored), [52:29] index of the other child (0 if it
-        is empty). Leaf: [25:24] = 3, [19:0] count, [52:29] first list entry, or the triangle itself if count = 1.
+        upper one, [27]/[28] lower/upper child is an empty leaf (never stored), [52:29] index of the other child (0 if
+        it is empty). Leaf: [25:24] = 3, [19:0] count, [52:29] first list entry, or the triangle itself if count = 1.
     lists: uint32, [23:0] triangle, [24] last of its leaf, [25] opaque; ascending in a leaf.
     bounds: (2, 3) float64, box of all triangles, exact FP24 numbers.
     stats: counts, cost and times; `node_count` excludes padding.
@@ -72,7 +72,7 @@ class Tree:
     stats: dict = field(default_factory=dict)
 
 
-# ---- small helpers -----------------------------------------------------------------------------------------------------
+# ---- small helpers ---------------------------------------------------------------------------------------------------
 
 
 @njit(cache=True)
@@ -97,9 +97,11 @@ def _event(key, kind, ref):
 def _grid(x, up):
     """Next FP24 number at or above (up) or below x."""
     r = fp24.rnd(x)
-    if up:
-        return fp24.ulp_add(r, 1 if r > 0.0 else -1) if r < x and r != 0.0 else (fp24.MIN_NORMAL if r < x else r)
-    return fp24.ulp_add(r, -1 if r > 0.0 else 1) if r > x and r != 0.0 else (-fp24.MIN_NORMAL if r > x else r)
+    if up and r < x:
+        return fp24.ulp_add(r, 1) if r != 0.0 else fp24.MIN_NORMAL
+    if not up and r > x:
+        return fp24.ulp_add(r, -1) if r != 0.0 else -fp24.MIN_NORMAL
+    return r
 
 
 @njit(cache=True)
@@ -117,14 +119,15 @@ def _half_area(lo, hi):
     return x * y + y * z + z * x
 
 
-# ---- clipping ------------------------------------------------------------------------------------------------------------
+# ---- clipping --------------------------------------------------------------------------------------------------------
 
 
 @njit(cache=True)
 def _clip(tri, lo, hi, slack, poly, out):
     """Bounds of a triangle inside a box (Sutherland and Hodgman 1974), rounded outwards to the FP24 grid.
 
-    tri (3, 3), lo and hi (3,); poly (2, 12, 3) scratch; out (2, 3) bounds, inside the box. Returns False if nothing is left.
+    tri (3, 3), lo and hi (3,); poly (2, 12, 3) scratch; out (2, 3) bounds, inside the box. Returns False if nothing is
+    left.
     """
     n = 3
     cur = 0
@@ -184,7 +187,7 @@ def _cut(tri, lo, hi, out):
         out[1, a] = max(min(high, hi[a]), lo[a])
 
 
-# ---- the builder ---------------------------------------------------------------------------------------------------------
+# ---- the builder -----------------------------------------------------------------------------------------------------
 
 
 @njit(cache=True)
@@ -261,8 +264,8 @@ def _emit(bounds, ref, fresh, counts):
 def _build(tris, ids, ex, ey, ez, scene_lo, scene_hi, ct, ci, bonus, max_leaf, max_depth, clip, flat):
     """Depth-first build. tris (N, 3, 3), ids (N,) their numbers in the scene, e? sorted events of the whole scene.
 
-    The event lists of waiting nodes lie on top of each other in one array: a node's lists are the top of it when its turn
-    comes, and its children's replace them.
+    The event lists of waiting nodes lie on top of each other in one array: a node's lists are the top of it when its
+    turn comes, and its children's replace them.
 
     Returns arrays over nodes (kind, split, left, right, first, count, half area, depth) and the leaf lists.
     """
@@ -272,7 +275,6 @@ def _build(tris, ids, ex, ey, ez, scene_lo, scene_hi, ct, ci, bonus, max_leaf, m
     arena[ex.size : ex.size + ey.size] = ey
     arena[ex.size + ey.size : ex.size + ey.size + ez.size] = ez
     side_of = np.zeros(n_all, np.uint8)
-    both = np.empty(1024, np.int64)
     fresh_l = np.empty((3, 2048), np.int64)
     fresh_r = np.empty((3, 2048), np.int64)
     out_l = np.empty(4096, np.int64)
@@ -501,12 +503,12 @@ def _build(tris, ids, ex, ey, ez, scene_lo, scene_hi, ct, ci, bonus, max_leaf, m
     )
 
 
-# ---- layout --------------------------------------------------------------------------------------------------------------
+# ---- layout ----------------------------------------------------------------------------------------------------------
 
 
 @njit(cache=True)
 def _chain(node, kind, child_l, child_r, area, adjacent, other):
-    """Follow adjacent children from `node` to a leaf: sets both child choices on the way, returns the chain's length."""
+    """Follow adjacent children from `node` to a leaf: choose both children on the way, return the length."""
     length = 1
     while kind[node] < AXIS_LEAF:
         left, right = child_l[node], child_r[node]
@@ -527,10 +529,10 @@ def _chain(node, kind, child_l, child_r, area, adjacent, other):
 def _place(kind, child_l, child_r, area, mode):
     """Slot of every stored node. mode 0: depth first; 1: chains avoid the end of a line; 2: chains packed into lines.
 
-    Adjacent children form chains of consecutive slots that end in a leaf; where a chain starts is free. A chain of up to 8
-    nodes crosses no line unless it starts too late in one. Modes 1 and 2 leave slots free so that no chain crosses more
-    lines than it must; mode 2 first fills them with chains that hang from a node of the same line (largest area first),
-    then with any recent one that fits.
+    Adjacent children form chains of consecutive slots that end in a leaf; where a chain starts is free. A chain of up
+    to 8 nodes crosses no line unless it starts too late in one. Modes 1 and 2 leave slots free so that no chain crosses
+    more lines than it must; mode 2 first fills them with chains that hang from a node of the same line (largest area
+    first), then with any recent one that fits.
     """
     n = kind.size
     slot = np.full(n, -1, np.int64)
@@ -667,9 +669,7 @@ def build(tri24, mask=None, params=None):
     began = time.perf_counter()
     tri24 = np.ascontiguousarray(tri24, dtype=np.float64)
     if tri24.shape[0] >= INDEX_LIMIT:
-        raise SceneError(
-            f"{tri24.shape[0]} triangles are more than the hardware can number ({INDEX_LIMIT - 1}): simplify the mesh"
-        )
+        raise SceneError(f"{tri24.shape[0]} triangles, at most {INDEX_LIMIT - 1} fit 24-bit indices; simplify the mesh")
     ids = np.arange(tri24.shape[0], dtype=np.int32) if mask is None else np.flatnonzero(~mask).astype(np.int32)
     if ids.size == 0:
         nodes = np.array([AXIS_LEAF << 24], np.uint64)
@@ -712,12 +712,12 @@ def build(tri24, mask=None, params=None):
     kind, _, _, _, _, count, area, depth_of, leaf_tris = built
     if count.max() >= COUNT_LIMIT:
         raise SceneError(
-            f"a leaf holds {count.max()} triangles, more than {COUNT_LIMIT - 1}: the mesh has too many coincident triangles"
+            f"a leaf holds {count.max()} triangles, more than {COUNT_LIMIT - 1}; remove coincident triangles"
         )
     nodes, lists, layout_stats = _pack(built, params)
     if nodes.size >= INDEX_LIMIT or lists.size >= INDEX_LIMIT:
         raise SceneError(
-            f"tree too large ({nodes.size} nodes, {lists.size} list entries; limit {INDEX_LIMIT - 1}): raise --max-leaf or simplify the mesh"
+            f"the tree has {nodes.size} nodes and {lists.size} list entries, at most {INDEX_LIMIT - 1} fit; simplify the mesh"
         )
     root_area = area[0] if area[0] > 0.0 else 1.0
     inner, leaf = kind < AXIS_LEAF, kind == AXIS_LEAF
@@ -738,7 +738,7 @@ def build(tri24, mask=None, params=None):
     return Tree(nodes, lists, 0, np.stack((lo, hi)), params, stats)
 
 
-# ---- reading a tree back -------------------------------------------------------------------------------------------------
+# ---- reading a tree back ---------------------------------------------------------------------------------------------
 
 
 @dataclass
@@ -756,7 +756,7 @@ class Walk:
 
 
 def walk(tree):
-    """Decode every reachable node of a `Tree`. Raises ValueError if an index or a flag makes no sense. For tests and `info`."""
+    """Decode every reachable node of a `Tree`. Raises: ValueError if an index or a flag makes no sense."""
     index, axes, splits, boxes, depths, parents, leaves, empty = [], [], [], [], [], [], [], []
     todo = [(tree.root, tree.bounds.copy(), 0, -1)]
     seen = set()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 """Scene files to arrays: triangles, normals, materials, cameras and lights, and their way into the unit box.
 
-Formats: glTF and GLB, OBJ, PLY (also `.ply.gz`), STL, through trimesh; and our own generators in `scenes/`. Triangles keep
-the order in which trimesh concatenates the geometry of a scene; none is merged, dropped or turned.
+Formats: glTF and GLB, OBJ, PLY (also `.ply.gz`), STL, through trimesh; and our own generators in `scenes/`. Triangles
+keep the order in which trimesh concatenates the geometry of a scene; none is merged, dropped or turned.
 """
 
 import contextlib
@@ -50,7 +50,7 @@ class Material:
 
 @dataclass
 class Light:
-    """A point light, or a directional one whose `position` is the unit direction towards it. World units, linear RGB."""
+    """A point light, or a directional one with the unit direction towards it as `position`; linear RGB."""
 
     position: tuple
     colour: tuple = (1.0, 1.0, 1.0)
@@ -73,7 +73,8 @@ class Scene:
     """A scene as loaded, in world units.
 
     triangles (N, 3, 3) and normals (N, 3, 3) float64, face_material (N,) int32 index into `materials`. Normals are unit
-    vectors on the side of the triangle's own normal (right hand rule). camera is None and lights is empty if the file has none.
+    vectors on the side of the triangle's own normal (right hand rule). camera is None and lights is empty if the file
+    has none.
     """
 
     name: str
@@ -92,7 +93,7 @@ class Scene:
         return np.stack((self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))))
 
 
-# ---- normals -------------------------------------------------------------------------------------------------------------
+# ---- normals ---------------------------------------------------------------------------------------------------------
 
 
 def face_normals(triangles):
@@ -118,8 +119,9 @@ def _corner_angles(triangles):
 def _smooth(order, start, face_normal, angle, crease, limit, out):
     """Corner normals: for each corner the sum over corners at the same place whose faces are not across a crease.
 
-    order (3N,) corners sorted by place, start (P + 1,) first of each place, angle (3N,), out (3N, 3). A face that is wound
-    the other way counts as turned round. A place with more than `limit` corners stays flat (the time is quadratic).
+    order (3N,) corners sorted by place, start (P + 1,) first of each place, angle (3N,), out (3N, 3). A face that is
+    wound the other way counts as turned round. A place with more than `limit` corners stays flat (the time is
+    quadratic).
     """
     for p in range(start.size - 1):
         for i in range(start[p], start[p + 1]):
@@ -147,8 +149,8 @@ def _smooth(order, start, face_normal, angle, crease, limit, out):
 def smooth_normals(triangles, crease_cos=CREASE_COS):
     """Corner normals (N, 3, 3) of a mesh without any: mean over the faces at a vertex, weighted by angle.
 
-    Vertices are joined by exact position; faces that meet at more than the crease angle (60 degrees) do not mix. A triangle
-    without area gets (0, 0, 1).
+    Vertices are joined by exact position; faces that meet at more than the crease angle (60 degrees) do not mix. A
+    triangle without area gets (0, 0, 1).
     """
     count = triangles.shape[0]
     flat = face_normals(triangles)
@@ -164,7 +166,7 @@ def smooth_normals(triangles, crease_cos=CREASE_COS):
 
 
 def orient_normals(normals, triangles):
-    """Normals of a file made fit for use: unit length, on the side of their triangle, the triangle's own where useless."""
+    """Normals of a file made fit for use: unit length, on their triangle's side, its own where useless."""
     flat = face_normals(triangles)
     length = np.linalg.norm(normals, axis=2, keepdims=True)
     good = (length > 1e-12) & np.isfinite(length)
@@ -174,7 +176,7 @@ def orient_normals(normals, triangles):
     return out
 
 
-# ---- materials -----------------------------------------------------------------------------------------------------------
+# ---- materials -------------------------------------------------------------------------------------------------------
 
 
 def _linear(srgb):
@@ -262,7 +264,7 @@ def _colour_materials(colours, name, limit=128):
 
 
 def _merge_materials(materials, face_material):
-    """Equal materials become one; if more than the hardware holds remain, the rarest join the one of the nearest colour."""
+    """Equal materials become one; where more than fit remain, the rarest join the nearest in colour."""
     keys, remap, merged = {}, np.empty(len(materials), np.int32), []
     for i, m in enumerate(materials):
         key = (m.name, m.ambient, m.diffuse, m.specular, m.shininess)
@@ -281,7 +283,7 @@ def _merge_materials(materials, face_material):
     return merged, face_material.astype(np.int32)
 
 
-# ---- files ---------------------------------------------------------------------------------------------------------------
+# ---- files -----------------------------------------------------------------------------------------------------------
 
 
 def _suffix(path):
@@ -439,7 +441,7 @@ def _check(triangles, where):
     bad = ~np.isfinite(triangles).all(axis=(1, 2))
     if bad.any():
         raise SceneError(
-            f"{where}: {bad.sum()} triangles have NaN or infinite vertices (first: triangle {bad.argmax()}); repair the mesh"
+            f"{where}: NaN or infinite vertices in {bad.sum()} triangles (first: {bad.argmax()}); repair the mesh"
         )
     largest = np.abs(triangles).max()
     if largest > MAX_COORDINATE:
@@ -492,7 +494,7 @@ def _load_file(path):
     return Scene(path.name, triangles, normals, face_material, materials, camera, lights, up)
 
 
-# ---- our own scenes --------------------------------------------------------------------------------------------------------
+# ---- our own scenes --------------------------------------------------------------------------------------------------
 
 
 def scene_names():
@@ -545,7 +547,7 @@ def _restore(path):
 
 
 def _load_generator(path):
-    """Run a generator, or take its scene from the cache, whose key is the text of the generator and of what it builds with."""
+    """Run a generator, or take its scene from the cache; the key is the text of all that shapes it."""
     text = path.read_bytes() + Path(__file__).read_bytes() + Path(__file__).with_name("shapes.py").read_bytes()
     cached = CACHE / f"{path.stem}-{hashlib.sha256(text).hexdigest()[:16]}.npz"
     if cached.exists():
@@ -588,7 +590,7 @@ def load_scene(path):
         raise SceneError(f"{path}: does not fit into this machine's memory; simplify the mesh") from None
 
 
-# ---- views -----------------------------------------------------------------------------------------------------------------
+# ---- views -----------------------------------------------------------------------------------------------------------
 
 
 def _unit(v):
@@ -645,7 +647,7 @@ def _numbers(text, count, what):
 
 
 def parse_camera(text):
-    """`ex,ey,ez:tx,ty,tz:ux,uy,uz:fov_degrees` to a `Camera`; the last two parts may be left out. Raises OptionError."""
+    """`ex,ey,ez:tx,ty,tz:ux,uy,uz:fov_degrees`, the last two optional, to a `Camera`. Raises: OptionError."""
     parts = text.split(":")
     if not 2 <= len(parts) <= 4:
         raise OptionError(f"camera '{text}': expected ex,ey,ez:tx,ty,tz:ux,uy,uz:fov_degrees")
@@ -674,15 +676,15 @@ def parse_light(text):
     return Light(_numbers(parts[0], 3, "light position"), colour)
 
 
-# ---- into the unit box -----------------------------------------------------------------------------------------------------
+# ---- into the unit box -----------------------------------------------------------------------------------------------
 
 
 @dataclass
 class Normalised:
     """A scene in [-1, 1]: x = (world - centre) * 2^-scale_exp, rounded to FP24.
 
-    triangles (N, 3, 3) and normals (N, 3, 3) float64 that hold FP24 numbers; dropped (N,) bool marks triangles that have no
-    area after rounding (their indices stay reserved).
+    triangles (N, 3, 3) and normals (N, 3, 3) float64 that hold FP24 numbers; dropped (N,) bool marks triangles that
+    have no area after rounding (their indices stay reserved).
     """
 
     triangles: np.ndarray
@@ -707,8 +709,8 @@ class Normalised:
 def normalise(scene):
     """Centre a scene, scale it by a power of two into [-1, 1] and round its vertices to FP24.
 
-    Shared vertices stay shared: they round to the same number in every triangle. Triangles of less than about 2^-17 of the
-    scene lose their area here. Returns `Normalised`. Raises: SceneError if no triangle keeps an area.
+    Shared vertices stay shared: they round to the same number in every triangle. Triangles of less than about 2^-17 of
+    the scene lose their area here. Returns `Normalised`. Raises: SceneError if no triangle keeps an area.
     """
     lo, hi = scene.bounds
     centre = lo + (hi - lo) / 2.0

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 """Precomputed triangle records for the ray-triangle test, in vertex-relative form, and the normals beside them.
 
-Source: I. Wald, "Realtime Ray Tracing and Interactive Global Illumination", 2004, Sec. 7.1 (TriAccel). The plane equation
-is taken relative to vertex A here: with 17-bit significands Wald's constants n_d, b_d and c_d cancel badly far from the
-origin. All constants are computed in double precision from the rounded vertices, then rounded once.
+Source: I. Wald, "Realtime Ray Tracing and Interactive Global Illumination", 2004, Sec. 7.1 (TriAccel). The plane
+equation is taken relative to vertex A here: with 17-bit significands Wald's constants n_d, b_d and c_d cancel badly far
+from the origin. All constants are computed in double precision from the rounded vertices, then rounded once.
 
 The record (32 bytes, four words of 60 used bits) is `triaccel_t` in `rtl/rc_pkg.sv`.
 """

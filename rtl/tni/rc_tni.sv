@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+// Traversal and intersection unit: four pipelines and their common L2 cache (paper Sec. 3.2 and 3.5).
+//
+// A ray goes to a pipeline with a free slot, in turn; hits come back in any order. The pipelines are
+// independent of each other but for the L2 cache. 32 slots a pipeline: 128 rays.
+// Rates: one ray in and one hit out a cycle.
+module rc_tni import rc_pkg::*; #(
+  parameter int unsigned NumPipes = 4,
+  parameter int unsigned NtSets   = 256,   // of each L1, 2 ways x 64 bytes
+  parameter int unsigned ListSets = 256,
+  parameter int unsigned L2Sets   = 256,   // 8 ways x 64 bytes
+  parameter int unsigned L1Lock   = 64     // cycles
+) (
+  input  logic       clk_i,
+  input  logic       rst_ni,               // also empties the caches
+  input  tree_cfg_t  cfg_i,
+  input  logic       in_valid_i,
+  output logic       in_ready_o,
+  input  ray_t       in_i,
+  output logic       out_valid_o,
+  input  logic       out_ready_i,
+  output hit_t       out_o,
+  output logic       req_valid_o,          // lines from memory
+  input  logic       req_ready_i,
+  output line_addr_t req_addr_o,
+  input  logic       rsp_valid_i,
+  input  line_t      rsp_line_i,
+  output logic       err_valid_o,
+  output err_t       err_o,
+  output tni_ev_t [NumPipes-1:0] ev_o,
+  output logic       ev_l2_hit_o,
+  output logic       ev_l2_miss_o          // also a line that is already on its way
+);
+  localparam int unsigned PIPE_W = (NumPipes > 1) ? $clog2(NumPipes) : 1;
+  logic [NumPipes-1:0] in_valid, in_ready, out_valid, out_ready, pipe_err_valid;
+  hit_t [NumPipes-1:0] out;
+  err_t [NumPipes-1:0] pipe_err;
+  logic [2*NumPipes-1:0] l1_req_valid, l1_req_ready, l1_fill_valid, l1_fill_ready;
+  line_addr_t [2*NumPipes-1:0] l1_req_addr;
+  line_addr_t fill_addr;
+  line_t      fill_line;
+
+  // ---- rays in, hits out -----------------------------------------------------------------------------------
+  logic [PIPE_W-1:0] in_idx_unused, out_idx;
+  rc_rr_arb #(.NumReq(NumPipes)) u_in (
+    .clk_i, .rst_ni, .req_i(in_ready), .ready_i(in_valid_i), .gnt_o(in_valid), .idx_o(in_idx_unused));
+  assign in_ready_o = in_ready != '0;
+
+  logic [NumPipes-1:0] out_gnt;
+  logic                skid_ready;
+  rc_rr_arb #(.NumReq(NumPipes)) u_out (
+    .clk_i, .rst_ni, .req_i(out_valid), .ready_i(skid_ready), .gnt_o(out_gnt), .idx_o(out_idx));
+  assign out_ready = skid_ready ? out_gnt : '0;
+  rc_skid #(.data_t(hit_t)) u_skid (
+    .clk_i, .rst_ni, .in_valid_i(out_valid != '0), .in_ready_o(skid_ready), .in_data_i(out[out_idx]),
+    .out_valid_o, .out_ready_i, .out_data_o(out_o));
+
+  // ---- pipelines ---------------------------------------------------------------------------------------------
+  for (genvar p = 0; p < NumPipes; p++) begin : gen_pipe
+    rc_tni_pipe #(.NtSets(NtSets), .ListSets(ListSets), .L1Lock(L1Lock)) u_pipe (
+      .clk_i, .rst_ni, .cfg_i,
+      .in_valid_i(in_valid_i && in_valid[p]), .in_ready_o(in_ready[p]), .in_i,
+      .out_valid_o(out_valid[p]), .out_ready_i(out_ready[p]), .out_o(out[p]),
+      .req_valid_o({l1_req_valid[NumPipes+p], l1_req_valid[p]}),
+      .req_ready_i({l1_req_ready[NumPipes+p], l1_req_ready[p]}),
+      .req_addr_o({l1_req_addr[NumPipes+p], l1_req_addr[p]}),
+      .fill_valid_i({l1_fill_valid[NumPipes+p], l1_fill_valid[p]}),
+      .fill_ready_o({l1_fill_ready[NumPipes+p], l1_fill_ready[p]}),
+      .fill_addr_i(fill_addr), .fill_line_i(fill_line),
+      .err_valid_o(pipe_err_valid[p]), .err_o(pipe_err[p]), .ev_o(ev_o[p]));
+  end
+
+  logic l2_miss, l2_merge, unused_l2_busy;
+  rc_l2 #(.NumClients(2 * NumPipes), .Sets(L2Sets)) u_l2 (
+    .clk_i, .rst_ni, .req_valid_i(l1_req_valid), .req_ready_o(l1_req_ready), .req_addr_i(l1_req_addr),
+    .fill_valid_o(l1_fill_valid), .fill_ready_i(l1_fill_ready), .fill_addr_o(fill_addr), .fill_line_o(fill_line),
+    .mem_req_valid_o(req_valid_o), .mem_req_ready_i(req_ready_i), .mem_req_addr_o(req_addr_o),
+    .mem_rsp_valid_i(rsp_valid_i), .mem_rsp_line_i(rsp_line_i),
+    .ev_hit_o(ev_l2_hit_o), .ev_miss_o(l2_miss), .ev_merge_o(l2_merge), .busy_o(unused_l2_busy));
+  assign ev_l2_miss_o = l2_miss || l2_merge;
+
+  // ---- errors: one a cycle is enough, the first ends the frame -------------------------------------------------
+  always_comb begin
+    err_valid_o = pipe_err_valid != '0;
+    err_o       = pipe_err[0];
+    for (int p = 1; p < NumPipes; p++) if (pipe_err_valid[p]) err_o = pipe_err[p];
+  end
+endmodule

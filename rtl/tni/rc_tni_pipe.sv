@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+// One unified traversal and intersection pipeline (paper Sec. 3.4, Fig. 4 and 5): a ring of 21 stages
+// (19 of work, one that decides, one that returns) in which up to 21 rays loop until they have their hit.
+//   P1   list cache                       P5-P19  arithmetic (rc_tni_front, rc_tni_back)
+//   P2   triangle index, line address     P7      stack read         P17  stack write
+//   P3   node/TriAccel cache              P20     next state of the ray
+//   P4   hit or miss, ray constants       P21     back to P1, or out; a free place takes a new ray
+// A ray whose line is not in its L1 cache idles through the pass and asks again in the next one
+// ("looping for the next chance", Sec. 3.5): nothing ever stalls, and no ray waits for another.
+//
+// A bad index is reported (err_*) and not looked up; the ray then idles until the unit is reset.
+module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
+  parameter int unsigned NtSets   = 256,   // L1 node/TriAccel cache, 2 ways x 64 bytes
+  parameter int unsigned ListSets = 256,   // L1 list cache
+  parameter int unsigned L1Lock   = 64     // cycles a filled line stays if not used
+) (
+  input  logic       clk_i,
+  input  logic       rst_ni,
+  input  tree_cfg_t  cfg_i,
+  input  logic       in_valid_i,
+  output logic       in_ready_o,
+  input  ray_t       in_i,
+  output logic       out_valid_o,
+  input  logic       out_ready_i,
+  output hit_t       out_o,
+  // to the L2 cache: [0] nodes and TriAccel, [1] lists
+  output logic       [1:0] req_valid_o,
+  input  logic       [1:0] req_ready_i,
+  output line_addr_t [1:0] req_addr_o,
+  input  logic       [1:0] fill_valid_i,
+  output logic       [1:0] fill_ready_o,
+  input  line_addr_t       fill_addr_i,
+  input  line_t            fill_line_i,
+  output logic       err_valid_o,
+  output err_t       err_o,
+  output tni_ev_t    ev_o
+);
+  // ---- the ring ------------------------------------------------------------------------------------------
+  state_t [P_TOP:1] s_q;
+  logic   [P_TOP:1] v_q;                   // a ray is here
+  logic   [P_TOP:1] a_q;                   // ... and works in this pass
+  state_t           next, fresh;
+  logic             next_done, done_q, loops, enter_valid;
+  slot_t            enter_slot;
+  fp_t              best_oper;
+  logic             act_index, act_line;
+  assign loops = v_q[P_TOP] && !done_q;
+  always_comb begin
+    fresh      = '0;
+    fresh.slot = enter_slot;
+    fresh.mode = BOX;
+  end
+  always_ff @(posedge clk_i) begin
+    s_q[1] <= loops ? s_q[P_TOP] : fresh;
+    for (int i = 2; i <= P_TOP; i++) s_q[i] <= s_q[i-1];
+    s_q[P_OPER+1].best <= best_oper;
+    s_q[P_TOP]         <= next;
+    a_q[1] <= 1'b1;
+    for (int i = 2; i <= P_TOP; i++) a_q[i] <= a_q[i-1];
+    a_q[P_INDEX+1] <= act_index;
+    a_q[P_LINE+1]  <= act_line;
+    done_q <= next_done;
+    if (!rst_ni) v_q <= '0;
+    else v_q <= {v_q[P_TOP-1:1], loops || enter_valid};
+  end
+
+  // ---- P_LIST: ask the list cache -------------------------------------------------------------------------
+  logic  list_want, list_bad, list_hit, list_miss, list_bad_q;
+  line_t list_line;
+  logic [3:0] unused_list;
+  assign list_want = v_q[P_LIST] && s_q[P_LIST].mode == ISECT && !s_q[P_LIST].direct;
+  assign list_bad  = list_want && s_q[P_LIST].idx >= cfg_i.list_count;
+  rc_l1 #(.Sets(ListSets), .Lock(L1Lock)) u_l1_list (
+    .clk_i, .rst_ni,
+    .lookup_valid_i(list_want && !list_bad),
+    .lookup_addr_i(cfg_i.list_base + line_addr_t'(s_q[P_LIST].idx[IDX_W-1:4])),
+    .hit_o(list_hit), .miss_o(list_miss), .line_o(list_line),
+    .req_valid_o(req_valid_o[1]), .req_ready_i(req_ready_i[1]), .req_addr_o(req_addr_o[1]),
+    .fill_valid_i(fill_valid_i[1]), .fill_ready_o(fill_ready_o[1]), .fill_addr_i, .fill_line_i,
+    .ev_conflict_o(unused_list[0]), .ev_drop_o(unused_list[1]), .ev_locked_o(unused_list[2]), .busy_o(unused_list[3]));
+  always_ff @(posedge clk_i) list_bad_q <= rst_ni && list_bad;
+
+  // ---- P_INDEX: which node or triangle, and where it is -----------------------------------------------------
+  state_t      si;
+  list_entry_t entry;
+  idx_t        what, what_q;
+  logic        from_list, last_index, nt_want, nt_bad, nt_want_q;
+  line_addr_t  nt_addr_q;
+  assign si        = s_q[P_INDEX];
+  assign entry     = si.idx[0] ? list_entry_t'(list_line[si.idx[3:1]][57:32])
+                               : list_entry_t'(list_line[si.idx[3:1]][25:0]);
+  assign from_list = si.mode == ISECT && !si.direct;
+  assign what      = from_list ? entry.tri_idx : si.idx;
+  assign last_index = !from_list || entry.last;
+  assign act_index = v_q[P_INDEX] && (from_list ? list_hit : 1'b1) && !nt_bad;
+  assign nt_want   = act_index && si.mode != BOX;
+  assign nt_bad    = v_q[P_INDEX] && (from_list ? list_hit : si.mode != BOX)
+                     && what >= ((si.mode == TRAV) ? cfg_i.node_count : cfg_i.tri_count);
+  always_ff @(posedge clk_i) begin
+    what_q    <= what;
+    nt_want_q <= nt_want;
+    nt_addr_q <= (si.mode == TRAV) ? cfg_i.node_base + line_addr_t'(what[IDX_W-1:3])
+                                   : cfg_i.accel_base + line_addr_t'(what[IDX_W-1:1]);
+  end
+
+  // ---- P_NT, P_LINE: node/TriAccel cache, and the ray's constants ---------------------------------------------
+  logic       nt_hit, nt_miss;
+  line_t      nt_line, line_oper_q;
+  ray_const_t ray_oper;
+  idx_t       what_oper;
+  logic [3:0] unused_nt;
+  rc_l1 #(.Sets(NtSets), .Lock(L1Lock)) u_l1_nt (
+    .clk_i, .rst_ni,
+    .lookup_valid_i(nt_want_q), .lookup_addr_i(nt_addr_q),
+    .hit_o(nt_hit), .miss_o(nt_miss), .line_o(nt_line),
+    .req_valid_o(req_valid_o[0]), .req_ready_i(req_ready_i[0]), .req_addr_o(req_addr_o[0]),
+    .fill_valid_i(fill_valid_i[0]), .fill_ready_o(fill_ready_o[0]), .fill_addr_i, .fill_line_i,
+    .ev_conflict_o(unused_nt[0]), .ev_drop_o(unused_nt[1]), .ev_locked_o(unused_nt[2]), .busy_o(unused_nt[3]));
+  assign act_line = a_q[P_LINE] && (s_q[P_LINE].mode == BOX || nt_hit);
+  always_ff @(posedge clk_i) line_oper_q <= nt_line;
+  rc_delay #(.Width(IDX_W), .Depth(P_OPER - P_NT)) u_what (.clk_i, .in_i(what_q), .out_o(what_oper));
+
+  // ---- P_OPER to P_END: arithmetic -----------------------------------------------------------------------------
+  state_t so;
+  entry_t stack_scale, stack_next2, pop_next2, pop;
+  step_t  step1_next1, step1_next2, step_next2, step;
+  visit_t visit2_oper2;
+  logic   two_oper2, two_next2, two, den_zero, le_tmax_step1, lt_stack_step1, best_le_tmax, best_lt_stack, best_lt_pop;
+  fp_t    box_tmin_boxn, ou, ov, t_t, tdu, tdv, box_tmin, box_tmax, t, beta, gamma;
+  logic   box_hit, accept, slack, t_le_tmax;
+  assign so        = s_q[P_OPER];
+  assign best_oper = (so.mode == BOX) ? ray_oper.t_max : so.best;
+  rc_tni_front u_front (
+    .clk_i, .box_lo_i(cfg_i.box_lo), .box_hi_i(cfg_i.box_hi), .mode_oper_i(so.mode), .ray_oper_i(ray_oper),
+    .line_oper_i(line_oper_q), .idx_oper_i(what_oper), .tmin_oper_i(so.tmin), .tmax_oper_i(so.tmax),
+    .best_oper_i(so.best), .stack_tmin_scale_i(stack_scale.tmin), .step1_next1_o(step1_next1),
+    .two_oper2_o(two_oper2), .visit2_oper2_o(visit2_oper2), .box_tmin_boxn_o(box_tmin_boxn), .ou_off_o(ou),
+    .ov_off_o(ov), .t_o(t_t), .tdu_td_o(tdu), .tdv_td_o(tdv), .den_zero_den_o(den_zero),
+    .best_le_tmax_step1_o(le_tmax_step1), .best_lt_stack_step1_o(lt_stack_step1));
+  rc_tni_back u_back (
+    .clk_i, .box_lo_i(cfg_i.box_lo), .box_hi_i(cfg_i.box_hi), .mode_oper_i(so.mode), .ray_oper_i(ray_oper),
+    .line_oper_i(line_oper_q), .idx_oper_i(what_oper), .tmax_oper_i(so.tmax), .best_oper_i(so.best),
+    .best_slack_oper_i(so.slack), .stack_next2_i(stack_next2), .step1_next1_i(step1_next1), .two_oper2_i(two_oper2),
+    .visit2_oper2_i(visit2_oper2), .box_tmin_boxn_i(box_tmin_boxn), .ou_off_i(ou), .ov_off_i(ov), .t_i(t_t),
+    .tdu_td_i(tdu), .tdv_td_i(tdv), .den_zero_den_i(den_zero), .step_next2_o(step_next2), .two_next2_o(two_next2),
+    .step1_next2_o(step1_next2), .pop_next2_o(pop_next2), .best_lt_pop_end_o(best_lt_pop), .box_hit_end_o(box_hit),
+    .box_tmin_end_o(box_tmin), .box_tmax_end_o(box_tmax), .accept_end_o(accept), .slack_end_o(slack),
+    .t_le_tmax_end_o(t_le_tmax), .t_end_o(t), .beta_end_o(beta), .gamma_end_o(gamma));
+  rc_delay #(.Width(2), .Depth(P_END - P_STEP1)) u_best (
+    .clk_i, .in_i({le_tmax_step1, lt_stack_step1}), .out_o({best_le_tmax, best_lt_stack}));
+
+  // ---- stack: read before P_SCALE, written at P_NEXT2 -------------------------------------------------------------
+  state_t sr, sn;
+  logic   pushes, popped1, push1, push2, overflow;
+  logic [1:0] pushed_next2, pushed;
+  assign sr = s_q[P_SCALE-1];
+  assign sn = s_q[P_NEXT2];
+  assign pushes  = v_q[P_NEXT2] && a_q[P_NEXT2] && sn.mode == TRAV;
+  assign popped1 = two_next2 && step_next2.go == GO_POP && step1_next2.push;   // popped before it was pushed
+  assign push1   = pushes && step1_next2.push && !popped1;
+  assign push2   = pushes && two_next2 && step_next2.push;
+  assign pushed_next2 = {1'b0, push1} + {1'b0, push2};
+  assign overflow     = 32'(sn.sp) + 32'(pushed_next2) > STACK_DEPTH;
+  rc_tni_stack u_stack (
+    .clk_i, .rd_valid_i(v_q[P_SCALE-1] && sr.sp != '0), .rd_slot_i(sr.slot), .rd_sp_i(sr.sp), .rd_entry_o(stack_scale),
+    .wr_first_i((push1 || push2) && !overflow), .wr_second_i(push1 && push2 && !overflow), .wr_slot_i(sn.slot),
+    .wr_sp_i(sn.sp), .wr_entry_first_i(push1 ? step1_next2.far_child : step_next2.far_child),
+    .wr_entry_second_i(step_next2.far_child));
+  rc_delay #(.Width($bits(entry_t)), .Depth(P_NEXT2 - P_SCALE)) u_stack_top (
+    .clk_i, .in_i(stack_scale), .out_o(stack_next2));
+  logic popped1_end;
+  rc_delay #(.Width($bits(step_t) + $bits(entry_t) + 4), .Depth(P_END - P_NEXT2)) u_step (
+    .clk_i, .in_i({step_next2, pop_next2, pushed_next2, popped1, two_next2}),
+    .out_o({step, pop, pushed, popped1_end, two}));
+
+  // ---- P_END: what the ray does next ----------------------------------------------------------------------------------
+  state_t s;
+  logic   act, any_hit, last, pop_wanted, pop_none, hit_valid;
+  idx_t   tri_idx;
+  assign s   = s_q[P_END];
+  assign act = v_q[P_END] && a_q[P_END];
+  rc_delay #(.Width(1 + IDX_W), .Depth(P_END - P_OPER)) u_tri (
+    .clk_i, .in_i({ray_oper.any_hit, what_oper}), .out_o({any_hit, tri_idx}));
+  rc_delay #(.Width(1), .Depth(P_END - P_INDEX)) u_last (.clk_i, .in_i(last_index), .out_o(last));
+  assign hit_valid = act && s.mode == ISECT && accept;
+  always_comb begin
+    next       = s;
+    next.slots = s.slots + 1'b1;
+    next_done  = 1'b0;
+    pop_wanted = 1'b0;
+    pop_none   = 1'b0;
+    if (act) begin
+      unique case (s.mode)
+        BOX: begin
+          next.mode = TRAV;
+          next.idx  = cfg_i.root;
+          next.tmin = box_tmin;
+          next.tmax = box_tmax;
+          next_done = !box_hit;
+        end
+        TRAV: begin
+          next.mode   = (step.go == GO_LEAF) ? ISECT : TRAV;
+          next.direct = step.direct;
+          next.idx    = step.idx;
+          next.tmin   = step.tmin;
+          next.tmax   = step.tmax;
+          next.sp     = s.sp + SP_W'(pushed);
+          pop_wanted  = step.go == GO_POP;
+          pop_none    = (s.sp == '0 && !popped1_end) || best_lt_pop;
+        end
+        default: begin                     // ISECT
+          next.idx   = s.idx + 1'b1;
+          pop_wanted = last;
+          pop_none   = s.sp == '0 || (accept ? best_lt_pop : best_lt_stack) || (accept ? t_le_tmax : best_le_tmax);
+          next_done  = accept && any_hit;
+          if (accept) begin
+            next.best  = t;
+            next.slack = slack;
+            next.hit   = 1'b1;
+          end
+        end
+      endcase
+      if (pop_wanted) begin
+        next.mode = TRAV;
+        next.idx  = pop.node;
+        next.tmin = pop.tmin;
+        next.tmax = pop.tmax;
+        next.sp   = popped1_end && s.mode == TRAV ? s.sp : s.sp - 1'b1;
+        if (pop_none) next_done = 1'b1;
+      end
+    end
+  end
+
+  rc_tni_rays u_rays (
+    .clk_i, .rst_ni, .in_valid_i, .in_ready_o, .in_i, .out_valid_o, .out_ready_i, .out_o,
+    .enter_valid_o(enter_valid), .enter_ready_i(!loops), .enter_slot_o(enter_slot),
+    .rd_valid_i(v_q[P_LINE]), .rd_slot_i(s_q[P_LINE].slot), .rd_ray_o(ray_oper),
+    .hit_valid_i(hit_valid), .hit_slot_i(s.slot), .hit_tri_i(tri_idx), .hit_beta_i(beta), .hit_gamma_i(gamma),
+    .done_valid_i(v_q[P_TOP] && done_q), .done_slot_i(s_q[P_TOP].slot), .done_hit_i(s_q[P_TOP].hit),
+    .done_t_i(s_q[P_TOP].best));
+
+  // ---- errors and events ------------------------------------------------------------------------------------------------
+  logic slots_bad, stack_bad;
+  assign slots_bad = v_q[P_END] && s.slots == cfg_i.max_slots;
+  assign stack_bad = pushes && overflow;
+  always_ff @(posedge clk_i) begin
+    err_valid_o <= rst_ni && (list_bad_q || nt_bad || stack_bad || slots_bad);
+    if (list_bad_q)     err_o <= '{code: ERR_LIST, addr: addr_t'(si.idx)};
+    else if (nt_bad)    err_o <= '{code: (si.mode == TRAV) ? ERR_NODE : ERR_TRI, addr: addr_t'(what)};
+    else if (stack_bad) err_o <= '{code: ERR_STACK, addr: addr_t'(step_next2.idx)};
+    else                err_o <= '{code: ERR_SLOTS, addr: addr_t'(s.idx)};
+  end
+  always_comb begin
+    ev_o           = '0;
+    ev_o.box       = act && s.mode == BOX;
+    ev_o.trav1     = act && s.mode == TRAV && !two;
+    ev_o.trav2     = act && s.mode == TRAV && two;
+    ev_o.isect     = act && s.mode == ISECT;
+    ev_o.bubble    = !v_q[P_END];
+    ev_o.miss_list = list_miss;
+    ev_o.miss_nt   = nt_miss;
+    ev_o.list_hit  = list_hit;
+    ev_o.nt_hit    = nt_hit;
+    ev_o.ray_in    = in_valid_i && in_ready_o;
+    ev_o.ray_out   = out_valid_o && out_ready_i;
+  end
+`ifndef SYNTHESIS
+  always_ff @(posedge clk_i) begin
+    if (v_q[P_OPER] && a_q[P_OPER] && so.mode == TRAV) InRange_A: assert (what_oper < cfg_i.node_count);
+    if (v_q[P_OPER] && a_q[P_OPER] && so.mode == ISECT) TriInRange_A: assert (what_oper < cfg_i.tri_count);
+  end
+`endif
+endmodule

@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+"""Reference T&I unit: one ray through the kd-tree, bit for bit and slot for slot what `rtl/tni/` computes.
+
+The order of operations is that of docs/tni.md (paper Sec. 3.4 and Fig. 5; Wald 2004 in vertex-relative form). Values are
+float64 that hold FP24 numbers, see `raycore.model.fp24`. A *slot* is one pass of a ray through the 19 stages; cache
+misses cost further slots in hardware, which this model does not have.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from . import fp24
+from .fp24 import fadd, fadd3, fdiv, fmul, fsub, ulp_add
+
+HUGE = 2.0**62  # 1/0, and "no limit"
+T_MIN = 2.0**-14
+T_SLACK = 2.0**-9
+SLACK_ULP = 16  # a hit that used the edge slack must be this much nearer than one that did not
+STACK_DEPTH = 32
+TRI_NONE = (1 << 24) - 1
+
+BOX, TRAV1, TRAV2, ISECT = range(4)  # slot kinds, indices of a slot count
+
+
+class TreeArrays(NamedTuple):
+    """What the tracer reads, decoded from the memory image; see `decode`."""
+
+    split: np.ndarray  # (nodes,) float64
+    meta: np.ndarray  # (nodes,) int64: bits 59:24 of the node
+    low: np.ndarray  # (nodes,) int64: bits 23:0, a leaf's count
+    list: np.ndarray  # (entries,) int64
+    accel: np.ndarray  # (triangles, 9) float64: n_u n_v a_u a_v a_k b_u b_v g_u g_v
+    k: np.ndarray  # (triangles,) int64, 3 never hits
+    eps: np.ndarray  # (triangles,) float64
+    one_eps: np.ndarray  # (triangles,) float64
+    box: np.ndarray  # (2, 3) float64
+    root: int
+
+
+def decode(nodes, entries, accel_words, box, root):
+    """Decode memory words into `TreeArrays`.
+
+    Args: nodes (n,) uint64; entries (m,) uint32; accel_words (t, 4) uint64; box (2, 3) FP24 values; root node index.
+    """
+    nodes = np.asarray(nodes, dtype=np.uint64)
+    words = np.asarray(accel_words, dtype=np.uint64)
+    f24 = np.uint64(0xFFFFFF)
+
+    def field(word, shift):
+        return fp24.from_bits((words[:, word] >> np.uint64(shift)) & f24)
+
+    b_v = ((words[:, 2] >> np.uint64(48)) & np.uint64(0xFFF)) | (((words[:, 3] >> np.uint64(48)) & np.uint64(0xFFF)) << np.uint64(12))
+    accel = np.stack(
+        [field(0, 0), field(0, 24), field(1, 0), field(1, 24), field(2, 0), field(2, 24), fp24.from_bits(b_v), field(3, 0), field(3, 24)],
+        axis=1,
+    )
+    flags = (words[:, 0] >> np.uint64(48)).astype(np.int64)
+    m, e = 16 + (flags & 15), (flags >> 4) & 31
+    return TreeArrays(
+        split=fp24.from_bits(nodes & f24),
+        meta=((nodes >> np.uint64(24)) & np.uint64(0xFFFFFFFFF)).astype(np.int64),
+        low=(nodes & f24).astype(np.int64),
+        list=np.asarray(entries).astype(np.int64),
+        accel=np.ascontiguousarray(accel),
+        k=(flags >> 9) & 3,
+        eps=np.ldexp(m.astype(np.float64), -12 - e),
+        one_eps=1.0 + np.ceil(np.ldexp(m.astype(np.float64), 4 - e)) * 2.0**-16,
+        box=np.asarray(box, dtype=np.float64),
+        root=int(root),
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def box_test(box, org, dir, inv_dir, t_max):
+    """Ray-box mode: (hit, tmin, tmax) of the ray against the scene's box."""
+    tn = np.empty(3)
+    tf = np.empty(3)
+    for i in range(3):
+        neg = math.copysign(1.0, dir[i]) < 0.0
+        tn[i] = fmul(fsub(box[1 if neg else 0, i], org[i]), inv_dir[i])
+        tf[i] = fmul(fsub(box[0 if neg else 1, i], org[i]), inv_dir[i])
+    a = tn[1] if tn[0] < tn[1] else tn[0]
+    b = 0.0 if tn[2] < 0.0 else tn[2]
+    tmin = b if a < b else a
+    a = tf[1] if tf[1] < tf[0] else tf[0]
+    b = t_max if t_max < tf[2] else tf[2]
+    tmax = b if b < a else a
+    return tmin <= tmax, tmin, tmax
+
+
+@njit(cache=True, error_model="numpy")
+def intersect(a, k, eps, one_eps, org, dir):
+    """Intersection mode: (inside, slack, t, beta, gamma) of a ray and a TriAccel record, before t is judged."""
+    if k == 3:
+        return False, False, 0.0, 0.0, 0.0
+    u = 0 if k == 2 else k + 1
+    v = 0 if u == 2 else u + 1
+    ou, ov, ow = fsub(org[u], a[2]), fsub(org[v], a[3]), fsub(org[k], a[4])
+    den = fadd3(fmul(a[0], dir[u]), fmul(a[1], dir[v]), dir[k])
+    num = -fadd3(fmul(a[0], ou), fmul(a[1], ov), ow)
+    t = fmul(num, fdiv(1.0, den))
+    hu, hv = fadd(ou, fmul(t, dir[u])), fadd(ov, fmul(t, dir[v]))
+    beta = fadd(fmul(hu, a[5]), fmul(hv, a[6]))
+    gamma = fadd(fmul(hu, a[7]), fmul(hv, a[8]))
+    s = fadd(beta, gamma)
+    inside = den != 0.0 and beta >= -eps and gamma >= -eps and s <= one_eps
+    return inside, beta < 0.0 or gamma < 0.0 or s > 1.0, t, beta, gamma
+
+
+@njit(cache=True, error_model="numpy")
+def trace_ray(tree, org, dir, inv_dir, t_max, skip, any_hit, slots):
+    """One ray: (triangle or TRI_NONE, t, beta, gamma). Adds to slots (4,) int64, indexed by BOX, TRAV1, TRAV2, ISECT.
+
+    org, dir, inv_dir: (3,) FP24 values. any_hit: stop at the first hit (shadow rays). skip: triangle never hit.
+    Raises: ValueError on a tree deeper than the stack.
+    """
+    best, best_tri, best_beta, best_gamma, best_slack = t_max, TRI_NONE, 0.0, 0.0, False
+    stack_node = np.empty(STACK_DEPTH, dtype=np.int64)
+    stack_t = np.empty((STACK_DEPTH, 2))
+    sp = 0
+    slots[BOX] += 1
+    hit, tmin, tmax = box_test(tree.box, org, dir, inv_dir, t_max)
+    if not hit:
+        return best_tri, best, best_beta, best_gamma
+    node = tree.root
+    while True:
+        # ---- traversal slots, until a leaf
+        leaf = -1
+        while leaf < 0:
+            line = node >> 3
+            steps = 0
+            pop = False
+            while True:  # up to two steps, the second only within the same 64-byte block
+                steps += 1
+                meta = tree.meta[node]
+                axis = meta & 3
+                if axis == 3:
+                    if tree.low[node] & 0xFFFFF == 0:
+                        pop = True
+                    else:
+                        leaf = node
+                    break
+                o, inv = org[axis], inv_dir[axis]
+                diff = fsub(tree.split[node], o)
+                ts = fmul(diff, inv)
+                neg = math.copysign(1.0, dir[axis]) < 0.0
+                swap, lower_empty, upper_empty = (meta >> 2) & 1, (meta >> 3) & 1, (meta >> 4) & 1
+                other, adjacent = (meta >> 5) & 0xFFFFFF, node + 1
+                near = adjacent if (swap == 1) == neg else other
+                far = other if (swap == 1) == neg else adjacent
+                near_empty, far_empty = (upper_empty, lower_empty) if neg else (lower_empty, upper_empty)
+                whole = diff == 0.0 and abs(inv) == HUGE
+                near_only = not whole and ts > ulp_add(tmax, 1)
+                far_only = not whole and ts < ulp_add(tmin, -1)
+                near_max, far_min = tmax, tmin
+                if not (whole or near_only or far_only):
+                    near_max = tmin if ts < tmin else ts
+                    far_min = tmax if ts > tmax else ts
+                go_near = not far_only and near_empty == 0
+                go_far = not near_only and far_empty == 0
+                if go_near:
+                    if go_far:
+                        if sp == STACK_DEPTH:
+                            raise ValueError("the tree is deeper than the stack")
+                        stack_node[sp], stack_t[sp, 0], stack_t[sp, 1] = far, far_min, tmax
+                        sp += 1
+                    node, tmax = near, near_max
+                elif go_far:
+                    node, tmin = far, far_min
+                else:
+                    pop = True
+                if pop or steps == 2 or node >> 3 != line:
+                    break
+            slots[TRAV1 if steps == 1 else TRAV2] += 1
+            if pop:
+                if sp == 0 or best < stack_t[sp - 1, 0]:
+                    return best_tri, best, best_beta, best_gamma
+                sp -= 1
+                node, tmin, tmax = stack_node[sp], stack_t[sp, 0], stack_t[sp, 1]
+        # ---- intersection slots, one triangle each
+        meta = tree.meta[leaf]
+        index = (meta >> 5) & 0xFFFFFF
+        direct = tree.low[leaf] & 0xFFFFF == 1
+        while True:
+            tri, last = index, True
+            if not direct:
+                entry = tree.list[index]
+                tri, last = entry & 0xFFFFFF, (entry >> 24) & 1 == 1
+            slots[ISECT] += 1
+            inside, slack, t, beta, gamma = intersect(tree.accel[tri], tree.k[tri], tree.eps[tri], tree.one_eps[tri], org, dir)
+            if slack and not best_slack:
+                nearer = ulp_add(t, SLACK_ULP) < best
+            elif best_slack and not slack:
+                nearer = t < ulp_add(best, SLACK_ULP)
+            else:
+                nearer = t < best
+            if inside and tri != skip and nearer and t > (T_SLACK if slack else T_MIN):
+                best, best_tri, best_beta, best_gamma, best_slack = t, tri, beta, gamma, slack
+                if any_hit:
+                    return best_tri, best, best_beta, best_gamma
+            if last:
+                break
+            index += 1
+        if best <= tmax or sp == 0 or best < stack_t[sp - 1, 0]:
+            return best_tri, best, best_beta, best_gamma
+        sp -= 1
+        node, tmin, tmax = stack_node[sp], stack_t[sp, 0], stack_t[sp, 1]
+
+
+@njit(cache=True, error_model="numpy")
+def trace_rays(tree, org, dir, inv_dir, t_max, skip, any_hit):
+    """Many rays, arrays of `trace_ray`'s arguments: (triangle (n,) int64, t, beta, gamma (n,), slots (n, 4) int64)."""
+    n = org.shape[0]
+    tri = np.empty(n, dtype=np.int64)
+    t, beta, gamma = np.empty(n), np.empty(n), np.empty(n)
+    slots = np.zeros((n, 4), dtype=np.int64)
+    for i in range(n):
+        tri[i], t[i], beta[i], gamma[i] = trace_ray(tree, org[i], dir[i], inv_dir[i], t_max[i], skip[i], any_hit[i], slots[i])
+    return tri, t, beta, gamma, slots

@@ -284,7 +284,6 @@ module rc_regs (
         logic SLOTS_ISECT;
         logic SLOTS_MISS_NT;
         logic SLOTS_MISS_LIST;
-        logic SLOTS_STALL_OUT;
         logic SLOTS_BUBBLE;
         logic NT_HITS;
         logic LIST_HITS;
@@ -426,34 +425,32 @@ module rc_regs (
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h120);
         decoded_reg_strb.SLOTS_MISS_LIST = cpuif_req_masked & (cpuif_addr == 12'h124) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h124);
-        decoded_reg_strb.SLOTS_STALL_OUT = cpuif_req_masked & (cpuif_addr == 12'h128) & !cpuif_req_is_wr;
+        decoded_reg_strb.SLOTS_BUBBLE = cpuif_req_masked & (cpuif_addr == 12'h128) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h128);
-        decoded_reg_strb.SLOTS_BUBBLE = cpuif_req_masked & (cpuif_addr == 12'h12c) & !cpuif_req_is_wr;
+        decoded_reg_strb.NT_HITS = cpuif_req_masked & (cpuif_addr == 12'h12c) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h12c);
-        decoded_reg_strb.NT_HITS = cpuif_req_masked & (cpuif_addr == 12'h130) & !cpuif_req_is_wr;
+        decoded_reg_strb.LIST_HITS = cpuif_req_masked & (cpuif_addr == 12'h130) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h130);
-        decoded_reg_strb.LIST_HITS = cpuif_req_masked & (cpuif_addr == 12'h134) & !cpuif_req_is_wr;
+        decoded_reg_strb.L2_HITS = cpuif_req_masked & (cpuif_addr == 12'h134) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h134);
-        decoded_reg_strb.L2_HITS = cpuif_req_masked & (cpuif_addr == 12'h138) & !cpuif_req_is_wr;
+        decoded_reg_strb.L2_MISSES = cpuif_req_masked & (cpuif_addr == 12'h138) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h138);
-        decoded_reg_strb.L2_MISSES = cpuif_req_masked & (cpuif_addr == 12'h13c) & !cpuif_req_is_wr;
+        decoded_reg_strb.TRI_HITS = cpuif_req_masked & (cpuif_addr == 12'h13c) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h13c);
-        decoded_reg_strb.TRI_HITS = cpuif_req_masked & (cpuif_addr == 12'h140) & !cpuif_req_is_wr;
+        decoded_reg_strb.TRI_MISSES = cpuif_req_masked & (cpuif_addr == 12'h140) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h140);
-        decoded_reg_strb.TRI_MISSES = cpuif_req_masked & (cpuif_addr == 12'h144) & !cpuif_req_is_wr;
+        decoded_reg_strb.LINES_TNI = cpuif_req_masked & (cpuif_addr == 12'h144) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h144);
-        decoded_reg_strb.LINES_TNI = cpuif_req_masked & (cpuif_addr == 12'h148) & !cpuif_req_is_wr;
+        decoded_reg_strb.LINES_TRI = cpuif_req_masked & (cpuif_addr == 12'h148) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h148);
-        decoded_reg_strb.LINES_TRI = cpuif_req_masked & (cpuif_addr == 12'h14c) & !cpuif_req_is_wr;
+        decoded_reg_strb.LINES_LOADER = cpuif_req_masked & (cpuif_addr == 12'h14c) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h14c);
-        decoded_reg_strb.LINES_LOADER = cpuif_req_masked & (cpuif_addr == 12'h150) & !cpuif_req_is_wr;
+        decoded_reg_strb.FB_ROWS = cpuif_req_masked & (cpuif_addr == 12'h150) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h150);
-        decoded_reg_strb.FB_ROWS = cpuif_req_masked & (cpuif_addr == 12'h154) & !cpuif_req_is_wr;
+        decoded_reg_strb.RD_STALL = cpuif_req_masked & (cpuif_addr == 12'h154) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h154);
-        decoded_reg_strb.RD_STALL = cpuif_req_masked & (cpuif_addr == 12'h158) & !cpuif_req_is_wr;
+        decoded_reg_strb.RAYS_IN_FLIGHT = cpuif_req_masked & (cpuif_addr == 12'h158) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h158);
-        decoded_reg_strb.RAYS_IN_FLIGHT = cpuif_req_masked & (cpuif_addr == 12'h15c) & !cpuif_req_is_wr;
-        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h15c);
         decoded_err = ~is_valid_addr & decoded_req;
     end
 
@@ -2198,45 +2195,42 @@ module rc_regs (
             readback_data_var[31:0] = hwif_in.SLOTS_MISS_LIST.value.next;
         end
         if(rd_mux_addr == 12'h128) begin
-            readback_data_var[31:0] = hwif_in.SLOTS_STALL_OUT.value.next;
-        end
-        if(rd_mux_addr == 12'h12c) begin
             readback_data_var[31:0] = hwif_in.SLOTS_BUBBLE.value.next;
         end
-        if(rd_mux_addr == 12'h130) begin
+        if(rd_mux_addr == 12'h12c) begin
             readback_data_var[31:0] = hwif_in.NT_HITS.value.next;
         end
-        if(rd_mux_addr == 12'h134) begin
+        if(rd_mux_addr == 12'h130) begin
             readback_data_var[31:0] = hwif_in.LIST_HITS.value.next;
         end
-        if(rd_mux_addr == 12'h138) begin
+        if(rd_mux_addr == 12'h134) begin
             readback_data_var[31:0] = hwif_in.L2_HITS.value.next;
         end
-        if(rd_mux_addr == 12'h13c) begin
+        if(rd_mux_addr == 12'h138) begin
             readback_data_var[31:0] = hwif_in.L2_MISSES.value.next;
         end
-        if(rd_mux_addr == 12'h140) begin
+        if(rd_mux_addr == 12'h13c) begin
             readback_data_var[31:0] = hwif_in.TRI_HITS.value.next;
         end
-        if(rd_mux_addr == 12'h144) begin
+        if(rd_mux_addr == 12'h140) begin
             readback_data_var[31:0] = hwif_in.TRI_MISSES.value.next;
         end
-        if(rd_mux_addr == 12'h148) begin
+        if(rd_mux_addr == 12'h144) begin
             readback_data_var[31:0] = hwif_in.LINES_TNI.value.next;
         end
-        if(rd_mux_addr == 12'h14c) begin
+        if(rd_mux_addr == 12'h148) begin
             readback_data_var[31:0] = hwif_in.LINES_TRI.value.next;
         end
-        if(rd_mux_addr == 12'h150) begin
+        if(rd_mux_addr == 12'h14c) begin
             readback_data_var[31:0] = hwif_in.LINES_LOADER.value.next;
         end
-        if(rd_mux_addr == 12'h154) begin
+        if(rd_mux_addr == 12'h150) begin
             readback_data_var[31:0] = hwif_in.FB_ROWS.value.next;
         end
-        if(rd_mux_addr == 12'h158) begin
+        if(rd_mux_addr == 12'h154) begin
             readback_data_var[31:0] = hwif_in.RD_STALL.value.next;
         end
-        if(rd_mux_addr == 12'h15c) begin
+        if(rd_mux_addr == 12'h158) begin
             readback_data_var[31:0] = hwif_in.RAYS_IN_FLIGHT.value.next;
         end
         readback_data = readback_data_var;

@@ -7,7 +7,7 @@ package rc_regs_pkg;
 
     localparam RC_REGS_DATA_WIDTH = 32;
     localparam RC_REGS_MIN_ADDR_WIDTH = 12;
-    localparam RC_REGS_SIZE = 'h160;
+    localparam RC_REGS_SIZE = 'h15c;
 
     typedef struct {
         logic next;
@@ -138,14 +138,6 @@ package rc_regs_pkg;
 
     typedef struct {
         logic [31:0] next;
-    } rc_regs__SLOTS_STALL_OUT__value__in_t;
-
-    typedef struct {
-        rc_regs__SLOTS_STALL_OUT__value__in_t value;
-    } rc_regs__SLOTS_STALL_OUT__in_t;
-
-    typedef struct {
-        logic [31:0] next;
     } rc_regs__SLOTS_BUBBLE__value__in_t;
 
     typedef struct {
@@ -264,7 +256,6 @@ package rc_regs_pkg;
         rc_regs__SLOTS_ISECT__in_t SLOTS_ISECT;
         rc_regs__SLOTS_MISS_NT__in_t SLOTS_MISS_NT;
         rc_regs__SLOTS_MISS_LIST__in_t SLOTS_MISS_LIST;
-        rc_regs__SLOTS_STALL_OUT__in_t SLOTS_STALL_OUT;
         rc_regs__SLOTS_BUBBLE__in_t SLOTS_BUBBLE;
         rc_regs__NT_HITS__in_t NT_HITS;
         rc_regs__LIST_HITS__in_t LIST_HITS;

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+// Types between the registers (rc_csr) and the frame control (rc_core).
+package rc_top_pkg;
+  import rc_pkg::*;
+
+  // What the host set up. Counts are as wide as their registers: rc_setup_check looks at them
+  // before anything else does.
+  typedef struct packed {
+    tree_cfg_t   tree;
+    camera_t     camera;
+    frame_cfg_t  frame;
+    vec3_t       background;
+    logic        shadows;
+    line_addr_t  info_base;
+    line_addr_t  mat_base;
+    logic [15:0] mat_count;
+    line_addr_t  light_base;
+    logic [15:0] light_count;
+  } setup_t;
+
+  typedef struct packed {
+    logic busy;
+    logic done;
+    logic error;
+    err_t err;
+  } status_t;
+
+  // Regions that a frame reads.
+  parameter int unsigned NUM_WINDOWS = 6;
+  typedef struct packed {
+    line_addr_t lo;
+    line_addr_t hi;                        // exclusive
+  } window_t;
+
+  // Clients of the read port.
+  parameter int unsigned NUM_RD_CLIENTS = 3;
+  parameter int unsigned RD_TNI    = 0;    // L2 cache
+  parameter int unsigned RD_TRI    = 1;    // triangle cache
+  parameter int unsigned RD_LOADER = 2;
+
+  // Counters, in the order of their registers.
+  typedef enum logic [4:0] {
+    CNT_CYCLES, CNT_RAYS_PRIMARY, CNT_RAYS_SHADOW, CNT_RAYS_CULLED,
+    CNT_SLOTS_BOX, CNT_SLOTS_TRAV1, CNT_SLOTS_TRAV2, CNT_SLOTS_ISECT,
+    CNT_SLOTS_MISS_NT, CNT_SLOTS_MISS_LIST, CNT_SLOTS_BUBBLE,
+    CNT_NT_HITS, CNT_LIST_HITS, CNT_L2_HITS, CNT_L2_MISSES, CNT_TRI_HITS, CNT_TRI_MISSES,
+    CNT_LINES_TNI, CNT_LINES_TRI, CNT_LINES_LOADER, CNT_FB_ROWS, CNT_RD_STALL, CNT_RAYS_IN_FLIGHT
+  } counter_e;
+  parameter int unsigned NUM_COUNTERS = 23;
+  typedef logic [NUM_COUNTERS-1:0][31:0] counters_t;
+endpackage

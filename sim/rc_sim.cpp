@@ -1,0 +1,411 @@
+// SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+// Runs one frame on the Verilated RayCore: memory image and register values in, frame buffer, hit
+// records and counters out. See docs/simulation.md for the files and exit codes.
+#include <algorithm>
+#include <chrono>
+#include <cinttypes>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "Vtop.h"
+#include "axi_memory.h"
+#include "options.h"
+#include "rc_regs.h"
+#include "verilated.h"
+#include "verilated_syms.h"
+#if VM_TRACE_FST
+#include "verilated_fst_c.h"
+#endif
+#if VM_COVERAGE
+#include "verilated_cov.h"
+#endif
+
+namespace {
+
+enum ExitCode { OK = 0, BAD_USAGE = 1, FRAME_ERROR = 2, HANG = 3, VIOLATION = 4, ASSERTION = 5 };
+
+// A run that did not end well: one line for people and an exit code for scripts.
+struct Failure : std::runtime_error {
+  Failure(ExitCode code, const std::string& text) : std::runtime_error(text), code(code) {}
+  ExitCode code;
+};
+
+// What is written for each finished ray; raycore/sim.py reads it.
+struct HitRecord {
+  uint16_t x, y;
+  uint8_t any_hit, light, hit, zero;
+  uint32_t tri, t, beta, gamma;
+};
+static_assert(sizeof(HitRecord) == 24);
+
+struct Pixel {
+  uint16_t x = 0, y = 0;
+  uint8_t light = 0;
+};
+
+class Output {
+ public:
+  Output(const std::string& path) : path_(path), file_(path.empty() ? nullptr : std::fopen(path.c_str(), "wb")) {
+    if (!path.empty() && !file_) throw UsageError(path + ": " + std::strerror(errno));
+  }
+  ~Output() { if (file_) std::fclose(file_); }
+  Output(const Output&) = delete;
+  explicit operator bool() const { return file_ != nullptr; }
+  FILE* file() const { return file_; }
+  void write(const void* data, size_t bytes) {
+    if (file_ && std::fwrite(data, 1, bytes, file_) != bytes) throw UsageError(path_ + ": cannot be written");
+  }
+  void close() {
+    if (file_ && std::fclose(std::exchange(file_, nullptr)) != 0) throw UsageError(path_ + ": cannot be written");
+  }
+
+ private:
+  std::string path_;
+  FILE* file_;
+};
+
+class Simulation {
+ public:
+  Simulation(const Options& options, VerilatedContext& context);
+  ~Simulation() { top_->final(); }
+  void run();                    // throws Failure
+  void write_results();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void tick();
+  void trace_rays();
+  void check();
+  void show_progress(bool last);
+  void report_waits() const;
+  void write_register(uint32_t offset, uint32_t value);
+  uint32_t read_register(uint32_t offset);
+  void write_stats();
+
+  const Options& options_;
+  VerilatedContext& context_;
+  std::unique_ptr<Vtop> top_;
+  MemoryConfig memory_config_;
+  std::vector<RegisterWrite> writes_;
+  std::unique_ptr<AxiMemory> memory_;
+  AxiMasterPins pins_;
+  Output hits_, frame_, stats_;
+#if VM_TRACE_FST
+  std::unique_ptr<VerilatedFstC> waves_;
+#endif
+  Pixel pixel_[256];             // by ray index
+  std::map<uint32_t, uint32_t> counters_;
+  uint64_t cycle_ = 0, last_life_ = 0;
+  uint64_t primary_ = 0, shadow_ = 0, pixels_total_ = 0;
+  bool progress_shown_ = false;
+  Clock::time_point start_ = Clock::now(), last_progress_ = start_;
+};
+
+// AXI data ports are integers or arrays of words: little-endian bytes either way.
+template <class Port> void to_port(Port& port, const uint8_t* bytes) { std::memcpy(&port, bytes, sizeof port); }
+template <class Port> void from_port(const Port& port, uint8_t* bytes) { std::memcpy(bytes, &port, sizeof port); }
+
+Simulation::Simulation(const Options& options, VerilatedContext& context)
+    : options_(options), context_(context), memory_config_(options.memory), writes_(read_registers(options.registers)),
+      hits_(options.hits), frame_(options.frame), stats_(options.stats) {
+  memory_config_.beat_bytes = sizeof top_->m_axi_rdata;
+  memory_ = std::make_unique<AxiMemory>(memory_config_, read_file(options.image), frame_regions(writes_));
+  for (const RegisterWrite& w : writes_) {
+    if (w.offset == reg::SIZE) pixels_total_ = uint64_t(w.value & 0xFFFF) * (w.value >> 16);
+  }
+  if (!options.waves.empty()) {
+#if VM_TRACE_FST
+    context.traceEverOn(true);
+#else
+    throw UsageError("--waves needs the build with tracing");
+#endif
+  }
+  top_ = std::make_unique<Vtop>(&context);
+#if VM_TRACE_FST
+  if (!options.waves.empty()) {
+    waves_ = std::make_unique<VerilatedFstC>();
+    top_->trace(waves_.get(), 99);
+    waves_->open(options.waves.c_str());
+    if (!waves_->isOpen()) throw UsageError(options.waves + ": cannot be written");
+  }
+#endif
+}
+
+// One clock cycle: drive the pins, let them settle, look, clock.
+void Simulation::tick() {
+  Vtop& t = *top_;
+  const AxiSlavePins& out = memory_->out();
+  t.m_axi_arready = out.arready;
+  t.m_axi_rvalid = out.rvalid;
+  t.m_axi_rlast = out.rlast;
+  t.m_axi_rresp = out.rresp;
+  if (out.rvalid) to_port(t.m_axi_rdata, out.rdata);
+  t.m_axi_awready = out.awready;
+  t.m_axi_wready = out.wready;
+  t.m_axi_bvalid = out.bvalid;
+  t.m_axi_bresp = out.bresp;
+  t.clk_i = 0;
+  t.eval();
+#if VM_TRACE_FST
+  const bool dump = waves_ && cycle_ >= options_.waves_from && cycle_ - options_.waves_from < options_.waves_cycles;
+  if (dump) waves_->dump(context_.time());
+#endif
+  pins_.arvalid = t.m_axi_arvalid;
+  pins_.araddr = t.m_axi_araddr;
+  pins_.arlen = t.m_axi_arlen;
+  pins_.arsize = t.m_axi_arsize;
+  pins_.arburst = t.m_axi_arburst;
+  pins_.rready = t.m_axi_rready;
+  pins_.awvalid = t.m_axi_awvalid;
+  pins_.awaddr = t.m_axi_awaddr;
+  pins_.awlen = t.m_axi_awlen;
+  pins_.awsize = t.m_axi_awsize;
+  pins_.awburst = t.m_axi_awburst;
+  pins_.bready = t.m_axi_bready;
+  pins_.wvalid = t.m_axi_wvalid;
+  if (pins_.wvalid) {
+    pins_.wlast = t.m_axi_wlast;
+    from_port(t.m_axi_wdata, pins_.wdata);
+    from_port(t.m_axi_wstrb, pins_.wstrb);
+  }
+  if (t.rst_ni) {
+    trace_rays();
+    if ((out.rvalid && pins_.rready) || (out.wready && pins_.wvalid)) last_life_ = cycle_;
+  }
+  context_.timeInc(5);
+  t.clk_i = 1;
+  t.eval();
+#if VM_TRACE_FST
+  if (dump) waves_->dump(context_.time());
+#endif
+  context_.timeInc(5);
+  if (t.rst_ni) memory_->step(pins_);
+  cycle_++;
+}
+
+void Simulation::trace_rays() {
+  const Vtop& t = *top_;
+  if (t.hit_valid_o) {           // before the events that may give its index away again
+    const Pixel& p = pixel_[t.hit_id_o];
+    (t.hit_any_hit_o ? shadow_ : primary_)++;
+    last_life_ = cycle_;
+    if (hits_) {
+      const HitRecord record{p.x, p.y, t.hit_any_hit_o, t.hit_any_hit_o ? p.light : uint8_t(0), t.hit_hit_o, 0,
+                             t.hit_tri_o, t.hit_t_o, t.hit_beta_o, t.hit_gamma_o};
+      hits_.write(&record, sizeof record);
+    }
+  }
+  if (t.pri_valid_o) pixel_[t.pri_id_o] = {t.pri_x_o, t.pri_y_o, 0};
+  if (t.sec_valid_o) pixel_[t.sec_id_o].light = t.sec_light_o;
+}
+
+void Simulation::check() {
+  if (context_.gotError()) throw Failure(ASSERTION, "an assertion failed in cycle " + std::to_string(cycle_));
+  if (!memory_->violation().empty()) throw Failure(VIOLATION, memory_->violation());
+  if (cycle_ - last_life_ > options_.watchdog) {
+    report_waits();
+    throw Failure(HANG, "nothing happened for " + std::to_string(options_.watchdog) + " cycles, at cycle " +
+                            std::to_string(cycle_));
+  }
+  if (cycle_ >= options_.max_cycles) {
+    report_waits();
+    throw Failure(HANG, "the frame is not done after " + std::to_string(cycle_) + " cycles (--max-cycles)");
+  }
+}
+
+void Simulation::show_progress(bool last) {
+  const auto now = Clock::now();
+  if (!last && now - last_progress_ < std::chrono::seconds(1)) return;
+  last_progress_ = now;
+  const double seconds = std::chrono::duration<double>(now - start_).count();
+  const uint64_t done = memory_->pixels();
+  char left[32] = "";
+  if (!last && done > 0) {
+    std::snprintf(left, sizeof left, ", %.0f s left", seconds * double(pixels_total_ - std::min(done, pixels_total_)) / double(done));
+  }
+  std::fprintf(stderr, "\r%" PRIu64 " rays, %" PRIu64 "/%" PRIu64 " pixels, %" PRIu64 " kcycles, %.0f kcycles/s%s   %s",
+               primary_ + shadow_, done, pixels_total_, cycle_ / 1000, double(cycle_) / seconds / 1000.0, left, last ? "\n" : "");
+  std::fflush(stderr);
+  progress_shown_ = true;
+}
+
+// Every pair of valid and ready that sim/watch.vlt made public: who offers, who does not take.
+void Simulation::report_waits() const {
+  if (progress_shown_) std::fputc('\n', stderr);
+  std::fprintf(stderr, "memory: %zu reads and %zu writes outstanding\n", memory_->reads_outstanding(), memory_->writes_outstanding());
+  if (!context_.scopeNameMap()) return;
+  for (const auto& [scope_name, scope] : *context_.scopeNameMap()) {
+    if (!scope->varsp()) continue;
+    for (const auto& [var_name, var] : *scope->varsp()) {
+      const std::string valid = var_name;
+      const size_t at = valid.find("valid");
+      if (var.datap() == nullptr || var.vltype() != VLVT_UINT8) continue;
+      const bool is_valid = *static_cast<const CData*>(var.datap()) != 0;
+      if (at == std::string::npos) {
+        if (valid.find("ready") == std::string::npos) {
+          std::fprintf(stderr, "%s.%s = %d\n", scope_name, var_name, int(*static_cast<const CData*>(var.datap())));
+        }
+        continue;
+      }
+      // The other end of the wire: x_valid and x_ready, x_valid_i and x_ready_o, x_valid_o and x_ready_i.
+      std::string ready = valid;
+      ready.replace(at, 5, "ready");
+      if (ready.ends_with("_i")) ready.back() = 'o';
+      else if (ready.ends_with("_o")) ready.back() = 'i';
+      const auto other = scope->varsp()->find(ready.c_str());
+      const bool paired = other != scope->varsp()->end();
+      const bool is_ready = paired && *static_cast<const CData*>(other->second.datap()) != 0;
+      const char* state = !is_valid ? "has nothing to give" : !paired ? "valid" : is_ready ? "moves" : "WAITS for ready";
+      std::fprintf(stderr, "%s.%.*s: %s\n", scope_name, int(at), var_name, state);
+    }
+  }
+}
+
+void Simulation::write_register(uint32_t offset, uint32_t value) {
+  Vtop& t = *top_;
+  t.s_axil_awaddr = offset & 0xFFF;
+  t.s_axil_wdata = value;
+  t.s_axil_wstrb = 0xF;
+  t.s_axil_awvalid = t.s_axil_wvalid = t.s_axil_bready = 1;
+  for (bool done = false; !done;) {
+    t.clk_i = 0;
+    t.eval();                    // to see what the coming edge takes
+    const bool aw = t.s_axil_awready, w = t.s_axil_wready;
+    done = t.s_axil_bvalid;
+    const uint8_t resp = t.s_axil_bresp;
+    tick();
+    if (aw) t.s_axil_awvalid = 0;
+    if (w) t.s_axil_wvalid = 0;
+    if (done && resp != 0) throw UsageError("register write to offset " + std::to_string(offset) + " answers with an error");
+    check();
+  }
+  t.s_axil_bready = 0;
+}
+
+uint32_t Simulation::read_register(uint32_t offset) {
+  Vtop& t = *top_;
+  t.s_axil_araddr = offset & 0xFFF;
+  t.s_axil_arvalid = t.s_axil_rready = 1;
+  for (;;) {
+    t.clk_i = 0;
+    t.eval();
+    const bool ar = t.s_axil_arready, done = t.s_axil_rvalid;
+    const uint32_t value = t.s_axil_rdata;
+    tick();
+    if (ar) t.s_axil_arvalid = 0;
+    check();
+    if (done) {
+      t.s_axil_rready = 0;
+      return value;
+    }
+  }
+}
+
+void Simulation::run() {
+  Vtop& t = *top_;
+  t.rst_ni = 0;
+  for (int i = 0; i < 4; i++) tick();
+  t.rst_ni = 1;
+  if (read_register(reg::ID) != 0x52435254) throw Failure(VIOLATION, "the ID register does not answer");
+  for (const RegisterWrite& w : writes_) write_register(w.offset, w.value);
+  write_register(reg::IRQ_ENABLE, 1);
+  last_life_ = cycle_;
+  start_ = last_progress_ = Clock::now();
+  write_register(reg::CTRL, 1);
+  while (!t.irq_o) {
+    tick();
+    check();
+    if (options_.progress && cycle_ % 4096 == 0) show_progress(false);
+  }
+  if (progress_shown_) show_progress(true);
+
+  for (const reg::Name& r : reg::NAMES) {
+    if (r.offset >= reg::FIRST_COUNTER) counters_[r.offset] = read_register(r.offset);
+  }
+  const uint32_t status = read_register(reg::STATUS), code = read_register(reg::ERROR);
+  const uint32_t addr = read_register(reg::ERROR_ADDR);
+  if (!memory_->idle()) throw Failure(VIOLATION, "done, but memory accesses are outstanding");
+  if (status & 4) {
+    static const char* const CAUSE[] = {
+        "no cause", "node index %u outside its region", "list index %u outside its region",
+        "triangle index %u outside its region", "tree deeper than the stack (ray %u)",
+        "a ray took more slots than MAX_SLOTS (ray %u)", "memory answered SLVERR at 0x%08x", "memory answered DECERR at 0x%08x",
+        "address 0x%08x outside every window", "material index %u outside its region",
+        "registers that make no sense (register 0x%03x)"};
+    char text[128];
+    std::snprintf(text, sizeof text, code < std::size(CAUSE) ? CAUSE[code] : "unknown cause", addr);
+    throw Failure(FRAME_ERROR, "the frame ended in error " + std::to_string(code) + ": " + text);
+  }
+  if (status != 2) throw Failure(VIOLATION, "interrupt, but the frame is not done");
+}
+
+void Simulation::write_stats() {
+  if (!stats_) return;
+  FILE* f = stats_.file();
+  const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+  const AxiMemory::Counts& c = memory_->counts();
+  std::fprintf(f, "{\n  \"counters\": {");
+  const char* sep = "\n";
+  for (const reg::Name& r : reg::NAMES) {
+    if (r.offset < reg::FIRST_COUNTER) continue;
+    std::fprintf(f, "%s    \"%s\": %" PRIu32, sep, r.name, counters_[r.offset]);
+    sep = ",\n";
+  }
+  std::fprintf(f, "\n  },\n  \"bytes\": {");
+  sep = "";
+  for (const Region& region : memory_->regions()) {
+    std::fprintf(f, "%s\"%s\": %" PRIu64, sep, region.name.c_str(), region.bytes);
+    sep = ", ";
+  }
+  std::fprintf(f, "},\n  \"axi\": {\"read_bursts\": %" PRIu64 ", \"read_beats\": %" PRIu64 ", \"write_bursts\": %" PRIu64 ", \"write_beats\": %" PRIu64 "},\n",
+               c.read_bursts, c.read_beats, c.write_bursts, c.write_beats);
+  std::fprintf(f, "  \"rays\": {\"primary\": %" PRIu64 ", \"shadow\": %" PRIu64 "},\n", primary_, shadow_);
+  std::fprintf(f, "  \"sim\": {\"cycles\": %" PRIu64 ", \"seconds\": %.3f, \"cycles_per_second\": %.0f},\n", cycle_, seconds, double(cycle_) / seconds);
+  std::fprintf(f, "  \"memory\": {\"bits\": %u, \"latency\": %u, \"outstanding\": %u, \"backpressure\": %g, \"seed\": %" PRIu64 "}\n}\n",
+               memory_config_.beat_bytes * 8, memory_config_.latency, memory_config_.outstanding, memory_config_.backpressure, memory_config_.seed);
+}
+
+void Simulation::write_results() {
+  frame_.write(memory_->frame_buffer().data(), memory_->frame_buffer().size());
+  write_stats();
+  frame_.close();
+  hits_.close();
+  stats_.close();
+#if VM_TRACE_FST
+  if (waves_) waves_->close();
+#endif
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  VerilatedContext context;
+  context.commandArgs(argc, argv);
+  context.fatalOnError(false);   // a failed assertion ends the run below, with its cycle
+  int code = OK;
+  try {
+    const Options options = parse_options(argc, argv);
+    Simulation simulation(options, context);
+    try {
+      simulation.run();
+    } catch (const Failure& failure) {
+      std::fprintf(stderr, "rc_sim: %s\n", failure.what());
+      code = failure.code;
+    }
+    simulation.write_results();
+  } catch (const UsageError& error) {
+    std::fprintf(stderr, "rc_sim: %s\n", error.what());
+    code = BAD_USAGE;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "rc_sim: not enough memory\n");
+    code = BAD_USAGE;
+  }
+#if VM_COVERAGE
+  context.coveragep()->write();
+#endif
+  return code;
+}

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+// rc_top for the C++ harness: the fields of the trace become ports of their own, so that no width or
+// bit position is written down in C++. Nothing else happens here.
+module rc_sim_top import rc_pkg::*; #(
+  parameter int unsigned DataW = 64        // memory bus, bits
+) (
+  input  logic               clk_i,
+  input  logic               rst_ni,
+  output logic               irq_o,
+  // AXI4-Lite, registers
+  input  logic               s_axil_awvalid,
+  output logic               s_axil_awready,
+  input  logic [11:0]        s_axil_awaddr,
+  input  logic [2:0]         s_axil_awprot,
+  input  logic               s_axil_wvalid,
+  output logic               s_axil_wready,
+  input  logic [31:0]        s_axil_wdata,
+  input  logic [3:0]         s_axil_wstrb,
+  output logic               s_axil_bvalid,
+  input  logic               s_axil_bready,
+  output logic [1:0]         s_axil_bresp,
+  input  logic               s_axil_arvalid,
+  output logic               s_axil_arready,
+  input  logic [11:0]        s_axil_araddr,
+  input  logic [2:0]         s_axil_arprot,
+  output logic               s_axil_rvalid,
+  input  logic               s_axil_rready,
+  output logic [31:0]        s_axil_rdata,
+  output logic [1:0]         s_axil_rresp,
+  // AXI4, memory
+  output logic               m_axi_arvalid,
+  input  logic               m_axi_arready,
+  output logic [ADDR_W-1:0]  m_axi_araddr,
+  output logic [7:0]         m_axi_arlen,
+  output logic [2:0]         m_axi_arsize,
+  output logic [1:0]         m_axi_arburst,
+  input  logic               m_axi_rvalid,
+  output logic               m_axi_rready,
+  input  logic [DataW-1:0]   m_axi_rdata,
+  input  logic [1:0]         m_axi_rresp,
+  input  logic               m_axi_rlast,
+  output logic               m_axi_awvalid,
+  input  logic               m_axi_awready,
+  output logic [ADDR_W-1:0]  m_axi_awaddr,
+  output logic [7:0]         m_axi_awlen,
+  output logic [2:0]         m_axi_awsize,
+  output logic [1:0]         m_axi_awburst,
+  output logic               m_axi_wvalid,
+  input  logic               m_axi_wready,
+  output logic [DataW-1:0]   m_axi_wdata,
+  output logic [DataW/8-1:0] m_axi_wstrb,
+  output logic               m_axi_wlast,
+  input  logic               m_axi_bvalid,
+  output logic               m_axi_bready,
+  input  logic [1:0]         m_axi_bresp,
+  // trace
+  output logic               pri_valid_o,
+  output ray_id_t            pri_id_o,
+  output logic [15:0]        pri_x_o,
+  output logic [15:0]        pri_y_o,
+  output logic               sec_valid_o,
+  output ray_id_t            sec_id_o,
+  output light_id_t          sec_light_o,
+  output logic               hit_valid_o,
+  output ray_id_t            hit_id_o,
+  output logic               hit_any_hit_o,
+  output logic               hit_hit_o,
+  output idx_t               hit_tri_o,
+  output fp_t                hit_t_o,
+  output fp_t                hit_beta_o,
+  output fp_t                hit_gamma_o
+);
+  trace_t trace;
+
+  rc_top #(.DataW(DataW)) u_top (.*, .trace_o(trace));
+
+  assign {pri_valid_o, pri_id_o, pri_x_o, pri_y_o} = {trace.pri_valid, trace.pri};
+  assign {sec_valid_o, sec_id_o, sec_light_o} = {trace.sec_valid, trace.sec_id, trace.sec_light};
+  assign {hit_valid_o, hit_id_o, hit_any_hit_o, hit_hit_o} =
+         {trace.hit_valid, trace.hit.id, trace.hit.any_hit, trace.hit.hit};
+  assign {hit_tri_o, hit_t_o, hit_beta_o, hit_gamma_o} =
+         {trace.hit.tri_idx, trace.hit.t, trace.hit.beta, trace.hit.gamma};
+
+endmodule

@@ -71,8 +71,11 @@ module rc_sim_top import rc_pkg::*; #(
   output fp_t                hit_gamma_o
 );
   trace_t trace;
+  logic   unused_arid, unused_awid;        // one ID: the memory answers in order
 
-  rc_top #(.DataW(DataW)) u_top (.*, .trace_o(trace));
+  rc_top #(.DataW(DataW)) u_top (
+    .*, .m_axi_arid(unused_arid), .m_axi_rid(1'b0), .m_axi_awid(unused_awid), .m_axi_bid(1'b0), .trace_o(trace)
+  );
 
   assign {pri_valid_o, pri_id_o, pri_x_o, pri_y_o} = {trace.pri_valid, trace.pri};
   assign {sec_valid_o, sec_id_o, sec_light_o} = {trace.sec_valid, trace.sec_id, trace.sec_light};

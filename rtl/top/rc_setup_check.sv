@@ -1,58 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// Looks at the set-up before a frame: works out which lines of memory it may read and refuses what
-// makes no sense. Results follow the set-up by two cycles.
-//   P1  ends of the regions, size of the frame buffer
-//   P2  verdict
-module rc_setup_check import rc_pkg::*, rc_top_pkg::*; (
+// Looks at the set-up before a frame: works out which lines of memory it may read and write, and
+// refuses what makes no sense. Windows follow the set-up by one cycle, the verdict by two.
+module rc_setup_check import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; (
   input  logic                      clk_i,
   input  setup_t                    setup_i,
-  output window_t [NUM_WINDOWS-1:0] windows_o,
+  output window_t [NUM_WINDOWS-1:0] rd_window_o,
+  output window_t                   wr_window_o,
   output logic                      bad_o,
   output addr_t                     bad_reg_o     // offset of the register that is wrong
 );
-  // One bit more than a line address, so that the end of a region cannot wrap.
-  typedef logic [LINE_ADDR_W:0] end_t;
-  localparam int unsigned SIZE_W = 19 + 16;       // stride x height, in 32 bytes
+  // One bit more than a line address: no sum of a base and a size in lines wraps.
+  typedef logic [LINE_ADDR_W:0] lines_t;
+  localparam lines_t ALL_LINES = lines_t'(1) << LINE_ADDR_W;
+  localparam int unsigned FRAME_W = 19 + 16;      // stride x height, in 32 bytes
 
+  // ---- P1: ends of the regions ---------------------------------------------------------------------
   line_addr_t [NUM_WINDOWS-1:0] base;
-  end_t       [NUM_WINDOWS-1:0] lines;            // 64-byte lines of a region, rounded up
-  end_t       [NUM_WINDOWS-1:0] p1_end_q;
-  logic [SIZE_W-1:0]            p1_frame_q;       // bytes / 32
-  logic [SIZE_W-1:0]            frame_end;
-
+  lines_t     [NUM_WINDOWS-1:0] lines;            // 64-byte lines of a region, rounded up
+  logic       [FRAME_W-1:0]     frame_rows, frame_end, p1_frame_end_q;
   assign base  = {setup_i.light_base, setup_i.mat_base, setup_i.info_base,
                   setup_i.tree.accel_base, setup_i.tree.list_base, setup_i.tree.node_base};
-  assign lines = {end_t'(setup_i.light_count),                 // records of 64 bytes
-                  end_t'(setup_i.mat_count),
-                  end_t'(setup_i.tree.tri_count),
-                  (end_t'(setup_i.tree.tri_count) + 27'd1) >> 1,     // 32
-                  (end_t'(setup_i.tree.list_count) + 27'd15) >> 4,   // 4
-                  (end_t'(setup_i.tree.node_count) + 27'd7) >> 3};   // 8
-  assign frame_end = p1_frame_q + SIZE_W'({setup_i.frame.fb_base, 1'b0});
+  assign lines = {lines_t'(setup_i.light_count),                              // 64-byte records
+                  lines_t'(setup_i.mat_count),
+                  lines_t'(setup_i.tree.tri_count),
+                  (lines_t'(setup_i.tree.tri_count) + lines_t'(1)) >> 1,      // 32
+                  (lines_t'(setup_i.tree.list_count) + lines_t'(15)) >> 4,    // 4
+                  (lines_t'(setup_i.tree.node_count) + lines_t'(7)) >> 3};    // 8
+  assign frame_rows = FRAME_W'(setup_i.frame.fb_stride) * FRAME_W'(setup_i.frame.height);
+  assign frame_end  = ((frame_rows + FRAME_W'(1)) >> 1) + FRAME_W'(setup_i.frame.fb_base);
 
   always_ff @(posedge clk_i) begin
-    for (int w = 0; w < int'(NUM_WINDOWS); w++) p1_end_q[w] <= end_t'(base[w]) + lines[w];
-    p1_frame_q <= SIZE_W'(setup_i.frame.fb_stride) * SIZE_W'(setup_i.frame.height);
+    for (int w = 0; w < int'(NUM_WINDOWS); w++)
+      rd_window_o[w] <= '{lo: base[w], hi: lines_t'(base[w]) + lines[w]};
+    wr_window_o    <= '{lo: setup_i.frame.fb_base, hi: frame_end[LINE_ADDR_W:0]};
+    p1_frame_end_q <= frame_end;
   end
 
-  for (genvar w = 0; w < NUM_WINDOWS; w++) begin : gen_window
-    assign windows_o[w] = '{lo: base[w], hi: p1_end_q[w][LINE_ADDR_W-1:0]};
-  end
-
-  // Offsets as in rc_regs.rdl; tb/rc_top checks each of them.
+  // ---- P2: verdict; offsets as in rc_regs.rdl, tb/rc_core checks each of them ------------------------
   localparam addr_t [NUM_WINDOWS-1:0] BASE_REG = {32'h78, 32'h70, 32'h6C, 32'h64, 32'h5C, 32'h50};
   logic  bad;
   addr_t bad_reg;
   always_comb begin
     {bad, bad_reg} = '0;
-    for (int w = 0; w < int'(NUM_WINDOWS); w++) begin
-      if (p1_end_q[w][LINE_ADDR_W]) {bad, bad_reg} = {1'b1, BASE_REG[w]};   // ends beyond 4 GB - 64
-    end
+    for (int w = 0; w < int'(NUM_WINDOWS); w++)
+      if (rd_window_o[w].hi > ALL_LINES) {bad, bad_reg} = {1'b1, BASE_REG[w]};
     if (setup_i.light_count > 16'(MAX_LIGHTS)) {bad, bad_reg} = {1'b1, 32'h7C};
     if (setup_i.mat_count == '0 || setup_i.mat_count > 16'(MAX_MATERIALS)) {bad, bad_reg} = {1'b1, 32'h74};
     if (setup_i.tree.root >= setup_i.tree.node_count) {bad, bad_reg} = {1'b1, 32'h58};
     if (setup_i.tree.node_count == '0) {bad, bad_reg} = {1'b1, 32'h54};
-    if (|frame_end[SIZE_W-1:ADDR_W-5]) {bad, bad_reg} = {1'b1, 32'h24};     // ends beyond 4 GB - 32
+    if (p1_frame_end_q > FRAME_W'(ALL_LINES)) {bad, bad_reg} = {1'b1, 32'h24};
     if (setup_i.frame.fb_stride < (19'(setup_i.frame.width) + 19'd7) >> 3) {bad, bad_reg} = {1'b1, 32'h28};
     if (setup_i.frame.width == '0 || setup_i.frame.height == '0) {bad, bad_reg} = {1'b1, 32'h20};
   end

@@ -25,12 +25,8 @@ package rc_top_pkg;
     err_t err;
   } status_t;
 
-  // Regions that a frame reads.
+  // Regions that a frame reads: nodes, lists, TriAccel, triangle information, materials, lights.
   parameter int unsigned NUM_WINDOWS = 6;
-  typedef struct packed {
-    line_addr_t lo;
-    line_addr_t hi;                        // exclusive
-  } window_t;
 
   // Clients of the read port.
   parameter int unsigned NUM_RD_CLIENTS = 3;

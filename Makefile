@@ -13,10 +13,10 @@ PY     := $(VENV)/bin/python
 ##@ Set-up
 # A stamp is named after the hash of what it stands for: nothing is installed twice, and a changed
 # requirement file installs itself with the next command.
-stamp_of = $(VENV)/.$(1)-$(shell cat $(2) | sha256sum | cut -c1-16)
+hash_of       = $(shell { $(1); } | sha256sum | cut -c1-16)
 VENV_STAMP   := $(VENV)/.created
-RENDER_STAMP := $(call stamp_of,render,requirements/render.txt pyproject.toml)
-DEV_STAMP    := $(call stamp_of,dev,requirements/dev.txt requirements/render.txt)
+RENDER_STAMP := $(VENV)/.render-$(call hash_of,cat requirements/render.txt; sed '/^.tool.pytest/Q' pyproject.toml)
+DEV_STAMP    := $(VENV)/.dev-$(call hash_of,cat requirements/dev.txt requirements/render.txt)
 PIP_INSTALL   = $(PY) -m pip install --quiet --disable-pip-version-check --no-input
 
 $(VENV_STAMP):
@@ -40,3 +40,95 @@ $(DEV_STAMP): $(RENDER_STAMP)
 
 .PHONY: setup
 setup: $(DEV_STAMP)  ## install everything that any target needs into .venv
+
+.PHONY: requirements
+requirements:  ## pin requirements/*.in again, with hashes
+	@$(PYTHON) -m venv build/pip-tools && build/pip-tools/bin/pip install --quiet pip-tools==7.6.2
+	@for set in render dev; do \
+	  echo "Pinning requirements/$$set.in"; \
+	  build/pip-tools/bin/pip-compile --quiet --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url \
+	    --no-emit-trusted-host --no-emit-find-links --no-emit-options --no-header \
+	    -o requirements/$$set.txt requirements/$$set.in; \
+	done
+
+##@ Pictures
+# make render SCENE=scenes/hall.py SIZE=320x192 OUT=picture.png ARGS='--no-shadows --check'
+SCENE ?= hall
+SIZE  ?= 320x192
+OUT   ?= build/render.png
+ARGS  ?=
+
+.PHONY: render info bench
+render: $(RENDER_STAMP)  ## render SCENE at SIZE to OUT by the Verilated RTL; more options in ARGS
+	@mkdir -p $(dir $(OUT))
+	@$(VENV)/bin/raycore render '$(SCENE)' -o '$(OUT)' --size $(SIZE) $(ARGS)
+	@echo "$(OUT)"
+
+info: $(RENDER_STAMP)  ## show triangles, tree and memory of SCENE
+	@$(VENV)/bin/raycore info '$(SCENE)' $(ARGS)
+
+bench: $(DEV_STAMP)  ## measure rays per cycle, slots, hit rates and bytes beside the paper's
+	@$(PY) -m raycore.bench $(ARGS)
+
+##@ Checks
+# Two workers: one simulation fills a core. A worker's C++ compilations run one after the other.
+JOBS   ?= 2
+PYTEST  = RAYCORE_JOBS=$${RAYCORE_JOBS:-1} $(PY) -m pytest -n $(JOBS) --dist worksteal -q
+
+.PHONY: test sim sim-full lint formal coverage synth
+test: $(DEV_STAMP)  ## run every test: units, models, proofs, small frames
+	@$(PYTEST) $(ARGS)
+
+sim: $(DEV_STAMP)  ## Verilator regression: frames bit for bit, long random runs, corrupted images
+	@$(PY) -m raycore.regress $(ARGS)
+
+sim-full: $(DEV_STAMP)  ## the same with larger frames and more seeds; takes hours
+	@$(PY) -m raycore.regress --full $(ARGS)
+
+lint: $(DEV_STAMP)  ## Verilator -Wall, slang, Verible, ruff, file lists, generated files; CHECK= for one
+	@PYTHONPATH=scripts $(PY) scripts/tools/lint.py $(CHECK)
+
+formal: $(DEV_STAMP)  ## only the proofs
+	@$(PYTEST) formal $(ARGS)
+
+coverage: $(DEV_STAMP)  ## run the tests with coverage of rtl/; build/coverage.info for lcov
+	@rm -rf build/coverage build/coverage.info build/coverage-html
+	@RAYCORE_COVERAGE=1 $(PYTEST) $(ARGS)
+	@$(PY) scripts/tools/rtl_coverage.py
+	@if command -v genhtml >/dev/null; then \
+	  genhtml --quiet --branch-coverage -o build/coverage-html build/coverage.info && echo "build/coverage-html/index.html"; \
+	else echo "lcov is not installed: no build/coverage-html"; fi
+
+synth: $(DEV_STAMP)  ## synthesize units and RTU with Yosys, resources beside Table I; a quarter of an hour
+	@$(PY) fpga/synth.py $(ARGS)
+
+##@ Work on it
+.PHONY: waves format filelist regs
+waves: $(DEV_STAMP)  ## record TEST (pytest's name, or FST file) and write a GTKWave file by stage; INSTANCE=
+	@test -n "$(TEST)" || { echo "usage: make waves TEST=tb/rc_skid/test_rc_skid.py [INSTANCE=u_skid]" >&2; exit 2; }
+	@PYTHONPATH=scripts $(PY) scripts/tools/waves.py '$(TEST)' $(if $(INSTANCE),--instance '$(INSTANCE)') $(ARGS)
+
+format: $(DEV_STAMP)  ## format changed SystemVerilog and Python files, or FILES=
+	@PYTHONPATH=scripts $(PY) scripts/tools/format.py $(FILES)
+
+filelist: $(DEV_STAMP)  ## write rtl/rc.f and raycore.core from the files in rtl/
+	@$(PY) scripts/tools/filelist.py write
+
+regs: $(DEV_STAMP)  ## write everything that follows from rtl/top/rc_regs.rdl
+	@PYTHONPATH=scripts $(PY) scripts/tools/gen_regs.py
+
+##@ Tidy
+.PHONY: clean distclean
+clean:  ## remove build/
+	rm -rf build
+
+distclean: clean  ## remove build/ and .venv/
+	rm -rf $(VENV)
+	find . -name __pycache__ -not -path './.git/*' -prune -exec rm -rf {} +
+	rm -rf scripts/raycore.egg-info
+
+.PHONY: help
+help:  ## this list
+	@awk 'BEGIN {FS = ":.*## *"; print "RayCore: make TARGET [NAME=VALUE...]"} \
+	  /^##@/ {printf "\n%s\n", substr($$0, 5)} \
+	  /^[a-z][a-z-]*:.*## / {printf "  %-13s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))

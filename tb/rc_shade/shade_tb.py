@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+"""What the tests of the shading unit share: numbers, records as words and as the model wants them, builds."""
+
+import random
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from raycore.model import fp24, shade
+from raycore.tbutil import RTL, TB_BUILD, rtl, run_cocotb
+
+HUGE, NAN_BITS, TRI_NONE = 0x7D0000, fp24.NAN_BITS, (1 << 24) - 1
+CORNERS = [0x000000, 0x800000, 0x010000, 0x810000, 0x3F0000, 0xBF0000, 0x7EFFFF, 0xFEFFFF, 0x7F0000, 0xFF0000, NAN_BITS,
+           0x000001, 0x80FFFF, 0x7F0001, 0xFFFFFF, 0x7E0000, 0x7DFFFF, 0x020000]
+
+
+def bits(values):
+    """Patterns, as a list, of FP24 numbers."""
+    return [int(b) for b in fp24.to_bits(np.asarray(values, dtype=np.float64))]
+
+
+def nearest(values):
+    """Patterns of any numbers, rounded."""
+    return bits(fp24.round_to_fp24(np.asarray(values, dtype=np.float64)))
+
+
+def floats(patterns):
+    """The values of patterns, as a tuple."""
+    return tuple(float(v) for v in fp24.from_bits(np.asarray(patterns)))
+
+
+def same(a, b):
+    """True if two lists of patterns have the same values: a record's own NaN and tiny numbers may pass through a unit."""
+    return bits(floats(a)) == bits(floats(b))
+
+
+def vec(patterns):
+    """A vec3_t."""
+    return patterns[0] | patterns[1] << 24 | patterns[2] << 48
+
+
+def unvec(word):
+    return [word >> s & 0xFFFFFF for s in (0, 24, 48)]
+
+
+def line(numbers, top):
+    """A record in memory: two numbers a word of 60 bits, `top` at bit 48 of the first (rc_pkg: tri_info_t and others)."""
+    word = top << 48
+    for i, b in enumerate(numbers):
+        word |= b << (60 * (i // 2) + 24 * (i % 2))
+    return word
+
+
+def unit(rng):
+    v = np.array([rng.gauss(0, 1) for _ in range(3)])
+    return v / np.linalg.norm(v)
+
+
+class Numbers:
+    """Random operands: `wild` is the share of patterns that are corners or random bits."""
+
+    def __init__(self, rng: random.Random, wild: float):
+        self.rng, self.wild = rng, wild
+
+    def spoil(self, patterns):
+        """The patterns, some replaced."""
+        rng = self.rng
+        return [(rng.choice(CORNERS) if rng.random() < 0.5 else rng.randrange(1 << 24)) if rng.random() < self.wild else b
+                for b in patterns]
+
+    def point(self):
+        return self.spoil(nearest([self.rng.uniform(-1, 1) for _ in range(3)]))
+
+    def direction(self):
+        return self.spoil(nearest(unit(self.rng)))
+
+    def color(self):
+        return self.spoil(nearest([self.rng.random() for _ in range(3)]))
+
+
+@dataclass
+class Material:
+    ambient: list
+    diffuse: list
+    specular: list
+    shin: int
+
+    @classmethod
+    def random(cls, num: Numbers):
+        top = 15 if num.wild else 8
+        return cls(num.color(), num.color(), num.color(), num.rng.randint(0, top))
+
+    @property
+    def line(self):
+        return line(self.ambient + self.diffuse + self.specular, self.shin)
+
+    @property
+    def record(self):
+        return np.array([*floats(self.ambient + self.diffuse + self.specular), self.shin])
+
+
+@dataclass
+class Light:
+    directional: bool
+    pos: list
+    color: list
+    att: list
+
+    @classmethod
+    def random(cls, num: Numbers):
+        directional = num.rng.random() < 0.4
+        att = num.spoil(nearest([num.rng.random(), num.rng.random(), num.rng.choice([0.0, num.rng.random() * 4])]))
+        return cls(directional, num.direction() if directional else num.point(), num.color(), att)
+
+    @property
+    def line(self):
+        return line(self.pos + self.color + self.att, int(self.directional))
+
+    @property
+    def record(self):
+        return np.array([float(self.directional), *floats(self.pos + self.color + self.att)])
+
+
+@dataclass
+class Triangle:
+    a: list
+    n: list
+    n0: list
+    e1: list
+    e2: list
+    mat: int
+
+    @classmethod
+    def random(cls, num: Numbers, mat: int):
+        rng = num.rng
+        n = unit(rng)
+        if rng.random() < 0.5:                            # flat: all normals that of the plane
+            normals = [n, np.zeros(3), np.zeros(3)]
+        else:
+            v = [w / np.linalg.norm(w) for w in (n + 0.5 * unit(rng) for _ in range(3))]
+            normals = [v[0], v[1] - v[0], v[2] - v[0]]
+        if rng.random() < 0.02:
+            normals = [np.zeros(3)] * 3                   # no shading normal at all
+        return cls(num.point(), num.spoil(nearest(n)), *[num.spoil(nearest(v)) for v in normals], mat)
+
+    @property
+    def line(self):
+        return line(self.a + self.n + self.n0 + self.e1 + self.e2, self.mat)
+
+    @property
+    def record(self):
+        return np.array([floats(v) for v in (self.a, self.n, self.n0, self.e1, self.e2)])
+
+
+@dataclass
+class Context:
+    """A hit point as the model has it, and its patterns."""
+
+    values: tuple
+
+    @classmethod
+    def of_hit(cls, org, d, t, beta, gamma, triangle):
+        p, g, m, md = shade.FP24.hit_point(floats(org), floats(d), *floats([t, beta, gamma]), triangle.record)
+        return cls((p, g, m, floats(d), md))
+
+    @property
+    def words(self):
+        """[P, g, m, d] as patterns, and m . d."""
+        return [bits(v) for v in self.values[:4]], bits([self.values[4]])[0]
+
+
+def random_weights(num: Numbers):
+    """(t, beta, gamma) of a hit."""
+    rng = num.rng
+    beta = rng.random()
+    return num.spoil(nearest([rng.uniform(0.01, 3), beta, rng.random() * (1 - beta)]))
+
+
+LATENCIES = {
+    "paper": {},
+    "one": dict(ADD=1, ADD3=1, MUL=1, DIV=1, SQRT=1),
+    "deep": dict(ADD=4, ADD3=5, MUL=3, CMP=2, DIV=9, SQRT=4, CONV=2),
+    "odd": dict(ADD=3, ADD3=3, MUL=2, DIV=5, SQRT=3),
+    "long": dict(ADD=2, ADD3=4, MUL=5, DIV=20, SQRT=6),
+}
+PRIM = [f"prim/rc_{n}.sv" for n in ("delay", "ram_1r1w", "fifo", "rr_arb")]
+UNITS = [f"fp/rc_fp_{n}.sv" for n in ("pipe", "norm", "round", "add", "add3", "mul", "div", "sqrt")]
+PARTS = ["shade/rc_shade_pkg.sv", *[f"shade/rc_{n}.sv" for n in ("carry", "hold", "gather", "shine", "phong")]]
+
+
+def run(top, latencies, files, test_module):
+    """Run the tests of `test_module` on `top`, built from `files` and all below, with a package of other latencies."""
+    text = (RTL / "rc_pkg.sv").read_text()
+    for name, cycles in LATENCIES[latencies].items():
+        text, n = re.subn(rf"(LAT_{name} +)= \d+;", rf"\1= {cycles};", text)
+        assert n == 1, f"LAT_{name} not found in rc_pkg.sv"
+    package = TB_BUILD / f"rc_shade-{latencies}" / "rc_pkg.sv"
+    package.parent.mkdir(parents=True, exist_ok=True)
+    if not package.exists() or package.read_text() != text:
+        package.write_text(text)
+    # The define gives each set of latencies a build folder of its own.
+    run_cocotb(top, [package, *rtl(*PRIM, *UNITS, *PARTS, *files, package=False)], test_module,
+               defines={"LATENCIES": latencies})

@@ -169,10 +169,12 @@ module rc_l2 import rc_pkg::*; #(
           FillHeld_A: assert ((fill_valid_o == $past(fill_valid_o & ~fill_ready_i)) && $stable(fill_line_o)
                               && $stable(fill_addr_o));
       end
-      for (int c = 0; c < NumClients; c++) begin
-        if ($past(rst_ni && req_valid_i[c] && !req_ready_o[c]))
-          ReqHeld_M: assume (req_valid_i[c] && $stable(req_addr_i[c]));
-      end
+    end
+  end
+  for (genvar c = 0; c < NumClients; c++) begin : gen_held   // not a loop: $past would look at the past of its index
+    always_ff @(posedge clk_i) begin
+      if (rst_ni && $past(rst_ni && req_valid_i[c] && !req_ready_o[c]))
+        ReqHeld_M: assume (req_valid_i[c] && $stable(req_addr_i[c]));
     end
   end
 `endif

@@ -44,10 +44,11 @@ module rc_fifo #(
   end
 
   if (Ram) begin : gen_ram
-    logic       rvalid_q;                  // a word is at the RAM's output
+    logic       rvalid_q, front_ready;     // a word is at the RAM's output; there is room for it
     count_t     stored_q;                  // words in the RAM
     logic [1:0] front, ahead;              // words in front of the RAM now, and those to come
     data_t      rdata;
+    assign front = 2'(out_valid_o) + 2'(!front_ready);
     assign ahead = front + 2'(rvalid_q) - 2'(pop);
     assign read  = stored_q != '0 && ahead < 2'd2;
     always_ff @(posedge clk_i) begin
@@ -63,14 +64,13 @@ module rc_fifo #(
       .we_i(push), .waddr_i(wptr_q), .wdata_i(in_data_i),
       .re_i(read), .raddr_i(rptr_q), .rdata_o(rdata)
     );
-    logic unused_front_ready;              // ahead keeps a place free
-    rc_fifo #(.data_t(data_t), .Depth(2), .Ram(1'b0)) u_front (
+    rc_skid #(.data_t(data_t)) u_front (
       .clk_i, .rst_ni,
-      .in_valid_i(rvalid_q), .in_ready_o(unused_front_ready), .in_data_i(rdata),
-      .out_valid_o, .out_ready_i, .out_data_o, .count_o(front)
+      .in_valid_i(rvalid_q), .in_ready_o(front_ready), .in_data_i(rdata),
+      .out_valid_o, .out_ready_i, .out_data_o
     );
 `ifndef SYNTHESIS
-    always_ff @(posedge clk_i) if (rst_ni && rvalid_q) FrontRoom_A: assert (unused_front_ready);
+    always_ff @(posedge clk_i) if (rst_ni && rvalid_q) FrontRoom_A: assert (front_ready);
 `endif
   end else begin : gen_flops
     data_t mem[Depth];
@@ -82,7 +82,7 @@ module rc_fifo #(
 
 `ifndef SYNTHESIS
   always_ff @(posedge clk_i) begin
-    if (rst_ni) Count_A: assert (count_q <= count_t'(Depth));
+    if (rst_ni) Count_A: assert (32'(count_q) <= Depth);
     if (rst_ni && $past(rst_ni && in_valid_i && !in_ready_o))
       InHeld_M: assume (in_valid_i && $stable(in_data_i));
     if (rst_ni && $past(rst_ni && out_valid_o && !out_ready_i))

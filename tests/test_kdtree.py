@@ -89,6 +89,30 @@ MESHES = dict(meshes())
 
 
 @njit(cache=True)
+def cross(ax, ay, az, bx, by, bz):
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@njit(cache=True)
+def moeller(tri, org, inv):
+    """Moeller and Trumbore 1997, both sides."""
+    dx, dy, dz = 1.0 / inv[0], 1.0 / inv[1], 1.0 / inv[2]
+    ax, ay, az = tri[0, 0], tri[0, 1], tri[0, 2]
+    e1x, e1y, e1z = tri[1, 0] - ax, tri[1, 1] - ay, tri[1, 2] - az
+    e2x, e2y, e2z = tri[2, 0] - ax, tri[2, 1] - ay, tri[2, 2] - az
+    sx, sy, sz = org[0] - ax, org[1] - ay, org[2] - az
+    px, py, pz = cross(dx, dy, dz, e2x, e2y, e2z)
+    det = e1x * px + e1y * py + e1z * pz
+    if det == 0.0:
+        return False, 0.0
+    qx, qy, qz = cross(sx, sy, sz, e1x, e1y, e1z)
+    u = (sx * px + sy * py + sz * pz) / det
+    v = (dx * qx + dy * qy + dz * qz) / det
+    t = (e2x * qx + e2y * qy + e2z * qz) / det
+    return u >= 0.0 and v >= 0.0 and u + v <= 1.0 and t > 0.0, t
+
+
+@njit(cache=True)
 def trace(nodes, lists, root, lo, hi, tris, org, inv):
     """Nearest hit of one ray (tri, t) by the tree alone, in double precision; every overlap of intervals is widened."""
     t0, t1 = 0.0, np.inf
@@ -142,22 +166,6 @@ def trace(nodes, lists, root, lo, hi, tris, org, inv):
             stack[top, 2] = t1 if far == 1 else min(t1, ts + slack)
             top += 1
     return best, best_t
-
-
-@njit(cache=True)
-def moeller(tri, org, inv):
-    """Moeller and Trumbore 1997, both sides."""
-    d = 1.0 / inv
-    e1, e2, s = tri[1] - tri[0], tri[2] - tri[0], org - tri[0]
-    p = np.array([d[1] * e2[2] - d[2] * e2[1], d[2] * e2[0] - d[0] * e2[2], d[0] * e2[1] - d[1] * e2[0]])
-    det = e1[0] * p[0] + e1[1] * p[1] + e1[2] * p[2]
-    if det == 0.0:
-        return False, 0.0
-    q = np.array([s[1] * e1[2] - s[2] * e1[1], s[2] * e1[0] - s[0] * e1[2], s[0] * e1[1] - s[1] * e1[0]])
-    u = (s[0] * p[0] + s[1] * p[1] + s[2] * p[2]) / det
-    v = (d[0] * q[0] + d[1] * q[1] + d[2] * q[2]) / det
-    t = (e2[0] * q[0] + e2[1] * q[1] + e2[2] * q[2]) / det
-    return u >= 0.0 and v >= 0.0 and u + v <= 1.0 and t > 0.0, t
 
 
 @njit(cache=True)

@@ -717,7 +717,7 @@ def build(tri24, mask=None, params=None):
     nodes, lists, layout_stats = _pack(built, params)
     if nodes.size >= INDEX_LIMIT or lists.size >= INDEX_LIMIT:
         raise SceneError(
-            f"the tree has {nodes.size} nodes and {lists.size} list entries, at most {INDEX_LIMIT - 1} fit; simplify the mesh"
+            f"the tree has {nodes.size} nodes and {lists.size} list entries (limit {INDEX_LIMIT - 1}); simplify the mesh"
         )
     root_area = area[0] if area[0] > 0.0 else 1.0
     inner, leaf = kind < AXIS_LEAF, kind == AXIS_LEAF
@@ -743,92 +743,94 @@ def build(tri24, mask=None, params=None):
 
 @dataclass
 class Walk:
-    """A tree decoded from its node words alone: one row a stored node, parents before children."""
+    """A tree decoded from its words alone: one row a stored node, parents before children."""
 
-    index: np.ndarray  # slot
+    index: np.ndarray  # slot in the node array
     axis: np.ndarray  # 3: leaf
-    split: np.ndarray  # world of the tree, [-1, 1]
+    split: np.ndarray
     box: np.ndarray  # (n, 2, 3)
     depth: np.ndarray
     parent: np.ndarray  # row, -1 at the root
-    leaves: list  # (row, triangles) of every leaf
-    empty: list  # boxes (2, 3) of empty leaves
+    leaf_rows: np.ndarray  # rows of the leaves
+    leaf_begin: np.ndarray  # (leaves + 1,) where each leaf's triangles begin in `members`
+    members: np.ndarray
+    empty: np.ndarray  # (m, 2, 3) boxes of the empty leaves
+
+    @property
+    def leaves(self):
+        """[(row, triangles)] of every leaf."""
+        parts = np.split(self.members, self.leaf_begin[1:-1])
+        return list(zip(self.leaf_rows.tolist(), parts))
 
 
 def walk(tree):
-    """Decode every reachable node of a `Tree`. Raises: ValueError if an index or a flag makes no sense."""
-    index, axes, splits, boxes, depths, parents, leaves, empty = [], [], [], [], [], [], [], []
-    todo = [(tree.root, tree.bounds.copy(), 0, -1)]
-    seen = set()
-    while todo:
-        i, box, depth, parent = todo.pop()
-        if i >= tree.nodes.size:
-            raise ValueError(f"node {i} is outside the tree")
-        if i in seen:
-            raise ValueError(f"node {i} has two parents")
-        seen.add(i)
-        word = int(tree.nodes[i])
+    """Decode every reachable node of a `Tree`, a level at a time. Raises: ValueError where the words make no sense."""
+
+    def need(good, what):
+        if not np.all(good):
+            raise ValueError(f"{what}: node {index[np.argmin(good)]}")
+
+    levels, empty = [], [np.zeros((0, 2, 3))]
+    index, box = np.array([tree.root], np.int64), tree.bounds[None].astype(np.float64)
+    parent, done = np.array([-1]), 0
+    seen = np.zeros(tree.nodes.size, bool)
+    while index.size:
+        need(index < tree.nodes.size, "outside the tree")
+        need(~seen[index] & (np.bincount(index)[index] == 1), "has two parents")
+        seen[index] = True
+        word = tree.nodes[index].astype(np.int64)
         axis, ref = word >> 24 & 3, word >> 29 & 0xFFFFFF
-        row = len(index)
-        index.append(i)
-        axes.append(axis)
-        boxes.append(box)
-        depths.append(depth)
-        parents.append(parent)
-        if word >> 53 or (axis == AXIS_LEAF and word >> 26 & 7):
-            raise ValueError(f"node {i}: bits set that must be zero")
-        if axis == AXIS_LEAF:
-            splits.append(0.0)
-            n = word & 0xFFFFF
-            if n == 1:
-                leaves.append((row, np.array([ref])))
-                continue
-            entries = tree.lists[ref : ref + n]
-            last = (entries >> 24 & 1).astype(bool)
-            if entries.size != n or (n and (not last[-1] or last[:-1].any())):
-                raise ValueError(f"leaf {i}: its list does not end where it says")
-            leaves.append((row, (entries & 0xFFFFFF).astype(np.int64)))
-            continue
-        plane = float(fp24.from_bits(np.array([word & 0xFFFFFF]))[0])
-        splits.append(plane)
-        lower, upper = box.copy(), box.copy()
-        lower[1, axis] = upper[0, axis] = plane
-        if not box[0, axis] <= plane <= box[1, axis]:
-            raise ValueError(f"node {i}: plane outside its box")
-        swap, no_lower, no_upper = word >> 26 & 1, word >> 27 & 1, word >> 28 & 1
-        if no_lower and no_upper:
-            raise ValueError(f"node {i}: both children empty")
-        if (no_lower and not swap) or (no_upper and swap):
-            raise ValueError(f"node {i}: the adjacent child is the empty one")
-        if (no_lower or no_upper) and ref:
-            raise ValueError(f"node {i}: index of an empty child is not 0")
-        if no_lower:
-            empty.append(lower)
-        else:
-            todo.append((ref if swap else i + 1, lower, depth + 1, row))
-        if no_upper:
-            empty.append(upper)
-        else:
-            todo.append((i + 1 if swap else ref, upper, depth + 1, row))
-    return Walk(
-        np.array(index),
-        np.array(axes),
-        np.array(splits),
-        np.array(boxes),
-        np.array(depths),
-        np.array(parents),
-        leaves,
-        empty,
-    )
+        leaf = axis == AXIS_LEAF
+        swap, no_lower, no_upper = (((word >> bit & 1) == 1) & ~leaf for bit in (26, 27, 28))
+        need(tree.nodes[index] >> np.uint64(53) == 0, "bits set that must be zero")
+        need(~leaf | (word >> 20 & 15 == 0) & (word >> 26 & 7 == 0), "leaf with bits set that must be zero")
+        need(~(no_lower & no_upper), "both children empty")
+        need(~(no_lower & ~swap) & ~(no_upper & swap), "the adjacent child is the empty one")
+        need(~(no_lower | no_upper) | (ref == 0), "index of an empty child is not 0")
+        split = np.where(leaf, 0.0, fp24.from_bits(word & 0xFFFFFF))
+        rows = np.flatnonzero(~leaf)
+        at = axis[rows]
+        lower, upper = box[rows].copy(), box[rows].copy()
+        lower[np.arange(rows.size), 1, at] = upper[np.arange(rows.size), 0, at] = split[rows]
+        inside = np.ones(index.size, bool)
+        inside[rows] = (box[rows, 0, at] <= split[rows]) & (split[rows] <= box[rows, 1, at])
+        need(inside, "plane outside its box")
+        levels.append((index, axis, split, box, np.full(index.size, len(levels)), parent))
+        empty += [lower[no_lower[rows]], upper[no_upper[rows]]]
+        go_lower, go_upper = ~no_lower[rows], ~no_upper[rows]
+        to_lower = np.where(swap, ref, index + 1)[rows][go_lower]
+        to_upper = np.where(swap, index + 1, ref)[rows][go_upper]
+        parent = np.concatenate((rows[go_lower], rows[go_upper])) + done
+        done += index.size
+        index, box = np.concatenate((to_lower, to_upper)), np.concatenate((lower[go_lower], upper[go_upper]))
+
+    index, axis, split, box, depth, parent = (np.concatenate(column) for column in zip(*levels))
+    leaf_rows = np.flatnonzero(axis == AXIS_LEAF)
+    word = tree.nodes[index[leaf_rows]].astype(np.int64)
+    count, ref = word & 0xFFFFF, word >> 29 & 0xFFFFFF
+    begin = np.concatenate(([0], np.cumsum(count)))
+    owner = np.repeat(np.arange(leaf_rows.size), count)
+    entry = ref[owner] + np.arange(begin[-1]) - begin[:-1][owner]
+    members = ref[owner]
+    many = count[owner] > 1
+    if many.any():
+        if entry[many].max() >= tree.lists.size:
+            raise ValueError("a leaf's list ends outside the lists")
+        words = tree.lists[entry[many]].astype(np.int64)
+        last = np.arange(begin[-1]) + 1 == begin[1:][owner]
+        if np.any((words >> 24 & 1 == 1) != last[many]):
+            raise ValueError("a list does not end where its leaf says")
+        members[many] = words & 0xFFFFFF
+    return Walk(index, axis, split, box, depth, parent, leaf_rows, begin, members, np.concatenate(empty))
 
 
 def sah_cost(tree):
-    """SAH cost recomputed from the node words: expected cost of a random ray that meets the scene's box."""
+    """SAH cost recomputed from the words: expected cost of a random ray that meets the scene's box."""
     w = walk(tree)
     size = w.box[:, 1] - w.box[:, 0]
     area = size[:, 0] * size[:, 1] + size[:, 1] * size[:, 2] + size[:, 2] * size[:, 0]
     cost = tree.params.cost_traverse * area[w.axis < AXIS_LEAF].sum()
-    cost += tree.params.cost_intersect * sum(area[row] * tris.size for row, tris in w.leaves)
+    cost += tree.params.cost_intersect * (area[w.leaf_rows] * np.diff(w.leaf_begin)).sum()
     return float(cost / area[0]) if area[0] > 0.0 else 0.0
 
 
@@ -837,7 +839,7 @@ def stack_depth(tree):
     w = walk(tree)
     words = tree.nodes[w.index]
     pushes = ((w.axis < AXIS_LEAF) & ((words >> np.uint64(27) & np.uint64(3)) == 0)).astype(int)
-    deepest = pushes.copy()
-    for row in range(1, deepest.size):
-        deepest[row] += deepest[w.parent[row]]
-    return int(deepest.max()) if deepest.size else 0
+    for depth in range(1, int(w.depth.max()) + 1):
+        level = w.depth == depth
+        pushes[level] += pushes[w.parent[level]]
+    return int(pushes.max())

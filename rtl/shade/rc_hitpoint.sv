@@ -64,10 +64,12 @@ module rc_hitpoint import rc_pkg::*; import rc_shade_pkg::*; (
   slot_t [SLOTS-1:0] slot_q;
   tri_t              tri_q;
   at_t               at_q;
+  slot_t             entering;
   logic              accept;
   logic              is_x, is_y;           // of everything that enters at T_IN
   assign in_ready_o = beat_q[B-1];
   assign accept     = in_valid_i && in_ready_o;
+  assign entering   = '{id: in_hit_i.id, tri_idx: in_hit_i.tri_idx, mat: mat_id_t'(in_info_i.mat)};
   assign {is_y, is_x} = {beat_q[(T_IN + 1) % B], beat_q[T_IN % B]};
   always_ff @(posedge clk_i) begin
     if (!rst_ni) begin
@@ -78,7 +80,7 @@ module rc_hitpoint import rc_pkg::*; import rc_shade_pkg::*; (
       if (beat_q[B-1]) valid_q <= {valid_q[SLOTS-2:0], accept};
     end
     if (beat_q[B-1]) begin
-      slot_q   <= {slot_q[SLOTS-2:0], slot_t'{id: in_hit_i.id, tri_idx: in_hit_i.tri_idx, mat: mat_id_t'(in_info_i.mat)}};
+      slot_q   <= {slot_q[SLOTS-2:0], entering};
       at_q     <= '{gamma: in_hit_i.gamma, beta: in_hit_i.beta, t: in_hit_i.t};
       tri_q.a  <= {in_info_i.a_z, in_info_i.a_y, in_info_i.a_x};
       tri_q.n  <= {in_info_i.n_z, in_info_i.n_y, in_info_i.n_x};

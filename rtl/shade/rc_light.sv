@@ -271,10 +271,10 @@ module rc_light import rc_pkg::*; import rc_shade_pkg::*; (
   if (T_CTX != 1) begin : gen_check_ctx
     $error("rc_light: the scalars of the context must arrive in the last cycle of slot 0");
   end
-  if (T_AT_IN % B == T_GL_IN % B || T_AT_IN % B == T_ML_IN % B || T_AT_IN % B == T_DL_IN % B || T_GL_IN % B == T_ML_IN % B
-      || T_GL_IN % B == T_DL_IN % B || T_ML_IN % B == T_DL_IN % B || T_DD_IN % B == T_AT_IN % B || T_D % B == T_ATT_IN % B
-      || T_AL_IN % B != (T_L + 3) % B || T_AQ_IN % B != (T_L + 4) % B || T_RM_IN % B != (T_DIR_IN + 3) % B
-      || T_RV_IN % B != (T_CTX + 3) % B) begin : gen_check
+  if (T_GL_IN % B != (T_DD_IN + 1) % B || T_ML_IN % B != (T_DD_IN + 2) % B || T_DL_IN % B != (T_DD_IN + 3) % B
+      || T_AT_IN % B != (T_DD_IN + 4) % B || T_ATT_IN % B == T_D % B || T_RV_IN % B != (T_CTX + 3) % B
+      || T_AL_IN % B != (T_L + 3) % B || T_AQ_IN % B != (T_L + 4) % B
+      || T_RM_IN % B != (T_DIR_IN + 3) % B) begin : gen_check
     $error("rc_light: two operations in one beat of a unit");
   end
   logic unused_ld;

@@ -91,7 +91,8 @@ module rc_phong import rc_pkg::*; import rc_shade_pkg::*; (
   );
   rc_fp_mul #(.Latency(LAT_MUL)) u_mul_att (.clk_i, .a_i(lit), .b_i(att_ka), .y_o(k_o));
 
-  if (PHONG_SUM != T_DS + LAT_MUL + LAT_ADD || T_KA != PHONG_SUM + LAT_MUL || PHONG_K != T_KA + LAT_MUL) begin : gen_check
+  if (PHONG_SUM != T_DS + LAT_MUL + LAT_ADD || T_KA != PHONG_SUM + LAT_MUL
+      || PHONG_K != T_KA + LAT_MUL) begin : gen_check
     $error("rc_phong: the package promises other times");
   end
   logic unused_ld;

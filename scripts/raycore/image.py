@@ -1,0 +1,371 @@
+# SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+"""From a scene and a view to what the hardware is given: bytes in memory and values of registers.
+
+The layouts below are those of `rtl/rc_pkg.sv` (node_t, list_entry_t, triaccel_t, tri_info_t, light_t, material_t), lowest
+bit first; tests/test_image.py reads that file and fails where the two part. docs/seams.md says what the records mean.
+"""
+
+import math
+import time
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from raycore import kdtree, regs, triaccel
+from raycore.errors import OptionError, SceneError
+from raycore.model import fp24, pixbuf, rgen
+from raycore.scene import Camera, Light, Normalised, Scene, default_camera, default_lights, normalise
+
+WORD_BITS = 60  # used bits of a 64-bit word in memory
+ALIGN = 64  # bases and ends of regions
+FIRST_ADDRESS = 0x1000  # so that a stray zero address lies in no region
+MAX_LIGHTS = 16
+MAX_MATERIALS = 256
+MAX_SHIN_LOG2 = 8
+MAX_SIDE, MAX_PIXELS = 16384, 1 << 26
+BOX_MARGIN = 2.0**-10  # the scene's box is enlarged by this much before it is rounded
+FAR = 2.0**20  # no eye and no lamp may be further off, in half sizes of the scene
+
+NODE = (("split", 24), ("axis", 2), ("swap", 1), ("lower_empty", 1), ("upper_empty", 1), ("other", 24), ("zero", 7))
+LIST_ENTRY = (("tri_idx", 24), ("last", 1), ("opaque", 1))
+TRIACCEL = (
+    *(("n_u", 24), ("n_v", 24), ("eps_m", 4), ("eps_e", 5), ("k", 2), ("opaque", 1)),
+    *(("a_u", 24), ("a_v", 24), ("mat", 12)),
+    *(("a_k", 24), ("b_u", 24), ("b_v_lo", 12)),
+    *(("g_u", 24), ("g_v", 24), ("b_v_hi", 12)),
+)
+TRI_INFO = (
+    *(("a_x", 24), ("a_y", 24), ("mat", 12)),
+    *(("a_z", 24), ("n_x", 24), ("zero1", 12)),
+    *(("n_y", 24), ("n_z", 24), ("zero2", 12)),
+    *(("n0_x", 24), ("n0_y", 24), ("zero3", 12)),
+    *(("n0_z", 24), ("e1_x", 24), ("zero4", 12)),
+    *(("e1_y", 24), ("e1_z", 24), ("zero5", 12)),
+    *(("e2_x", 24), ("e2_y", 24), ("zero6", 12)),
+    *(("e2_z", 24), ("zero7", 36)),
+)
+LIGHT = (
+    *(("pos_x", 24), ("pos_y", 24), ("directional", 1), ("zero0", 11)),
+    *(("pos_z", 24), ("col_r", 24), ("zero1", 12)),
+    *(("col_g", 24), ("col_b", 24), ("zero2", 12)),
+    *(("att_c", 24), ("att_l", 24), ("zero3", 12)),
+    *(("att_q", 24), ("zero4", 36), ("zero5", 60), ("zero6", 120)),
+)
+MATERIAL = (
+    *(("amb_r", 24), ("amb_g", 24), ("shin_log2", 4), ("zero0", 8)),
+    *(("amb_b", 24), ("diff_r", 24), ("zero1", 12)),
+    *(("diff_g", 24), ("diff_b", 24), ("zero2", 12)),
+    *(("spec_r", 24), ("spec_g", 24), ("zero3", 12)),
+    *(("spec_b", 24), ("zero4", 36), ("zero5", 180)),
+)
+
+# Columns of the arrays that raycore.model works on, in its order, as fields of the records.
+INFO_COLUMNS = tuple(f"{v}_{c}" for v in ("a", "n", "n0", "e1", "e2") for c in "xyz")
+LIGHT_COLUMNS = ("directional", "pos_x", "pos_y", "pos_z", "col_r", "col_g", "col_b", "att_c", "att_l", "att_q")
+MATERIAL_COLUMNS = (*(f"{v}_{c}" for v in ("amb", "diff", "spec") for c in "rgb"), "shin_log2")
+
+
+# ---- records ---------------------------------------------------------------------------------------------------------
+
+
+def places(layout):
+    """Where the fields of a layout lie: {name: (word, lowest bit in the word, width)}; unused bits are left out."""
+    out, at = {}, 0
+    for name, width in layout:
+        if not name.startswith("zero"):
+            out[name] = (at // WORD_BITS, at % WORD_BITS, width)
+            if at % WORD_BITS + width > WORD_BITS:
+                raise ValueError(f"field {name} does not lie in one word")
+        at += width
+    return out
+
+
+def pack_records(layout, fields):
+    """Records as words in memory.
+
+    Args: layout, e.g. `TRI_INFO`; fields: {name: (N,) unsigned integers}; fields not named are 0.
+    Returns: (N, words) uint64.
+    Raises: ValueError if a value does not fit its field, KeyError for a field that is not in the layout.
+    """
+    where = places(layout)
+    count = len(next(iter(fields.values())))
+    words = np.zeros((count, -(-sum(w for _, w in layout) // WORD_BITS)), np.uint64)
+    for name, values in fields.items():
+        word, low, width = where[name]
+        values = np.asarray(values).astype(np.uint64)
+        if values.size and int(values.max()) >> width:
+            raise ValueError(f"{name}: {int(values.max())} does not fit in {width} bits")
+        words[:, word] |= values << np.uint64(low)
+    return words
+
+
+def unpack_records(layout, words):
+    """Inverse of `pack_records`: {name: (N,) uint64}."""
+    return {
+        name: words[:, word] >> np.uint64(low) & np.uint64((1 << width) - 1)
+        for name, (word, low, width) in places(layout).items()
+    }
+
+
+def _columns(layout, words, names):
+    """The named fields of records as (N, len(names)) float64, of FP24 patterns or small integers."""
+    fields, width = unpack_records(layout, words), dict(layout)
+    columns = [fp24.from_bits(fields[n]) if width[n] == 24 else fields[n].astype(np.float64) for n in names]
+    return np.ascontiguousarray(np.stack(columns, axis=1))
+
+
+def _pack_columns(layout, names, table, **more):
+    width = dict(layout)
+    fields = {n: fp24.to_bits(v.copy()) if width[n] == 24 else v for n, v in zip(names, np.asarray(table).T)}
+    return pack_records(layout, fields | more)
+
+
+# ---- geometry: what does not depend on the view ------------------------------------------------------------------------
+
+
+@dataclass
+class Geometry:
+    """A scene made ready: normalised mesh, tree, and the records of its triangles."""
+
+    scene: Scene
+    unit: Normalised
+    tree: kdtree.Tree
+    accel: np.ndarray  # (N, 4) uint64
+    info: np.ndarray  # (N, 8) uint64
+    materials: np.ndarray  # (M, 8) uint64
+    seconds: dict  # of each step
+
+
+def material_table(materials):
+    """Materials as (M, 10) float64, columns `MATERIAL_COLUMNS`, not rounded; the shininess becomes a power of two."""
+    table = [(*m.ambient, *m.diffuse, *m.specular, _shin_log2(m.shininess)) for m in materials]
+    return np.array(table, dtype=np.float64).reshape(-1, len(MATERIAL_COLUMNS))
+
+
+def _shin_log2(shininess):
+    if not shininess > 0.0 or not math.isfinite(shininess):
+        raise SceneError(f"shininess {shininess:g} is not a positive number")
+    return float(min(max(round(math.log2(shininess)), 0), MAX_SHIN_LOG2))
+
+
+def build_geometry(scene, params=None):
+    """Normalise a scene, build its tree and its records.
+
+    Args: scene `Scene`; params `kdtree.Params`.
+    Returns: `Geometry`. Triangles without area keep their index and a record that never hits.
+    Raises: SceneError if it does not fit the hardware.
+    """
+    if len(scene.materials) > MAX_MATERIALS:
+        raise SceneError(f"{scene.name}: {len(scene.materials)} materials, at most {MAX_MATERIALS} fit; merge some")
+    began = time.perf_counter()
+    unit = normalise(scene)
+    normalised = time.perf_counter()
+    tree = kdtree.build(unit.triangles, unit.dropped, params)
+    built = time.perf_counter()
+    accel = triaccel.pack(triaccel.records(unit.triangles, unit.dropped), scene.face_material)
+    info = triaccel.triangle_info(unit.triangles, scene.normals)
+    columns = np.concatenate((info.vertex, info.normal, info.n0, info.dn1, info.dn2), axis=1)
+    info_words = _pack_columns(TRI_INFO, INFO_COLUMNS, columns, mat=scene.face_material)
+    materials = fp24.round_to_fp24(material_table(scene.materials))
+    if not np.isfinite(materials).all() or (materials < 0.0).any():
+        raise SceneError(f"{scene.name}: a material has a negative or an infinite colour")
+    return Geometry(
+        scene,
+        unit,
+        tree,
+        accel,
+        info_words,
+        _pack_columns(MATERIAL, MATERIAL_COLUMNS, materials),
+        {
+            "normalise": normalised - began,
+            "tree": built - normalised,
+            "records": time.perf_counter() - built,
+        },
+    )
+
+
+# ---- the view ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class View:
+    """One picture of a scene, in world units. camera, lights: None takes the file's own or a sensible default."""
+
+    width: int = 320
+    height: int = 192
+    camera: Camera | None = None
+    lights: list[Light] | None = None
+    shadows: bool = True
+    fb_format: int = pixbuf.RGBA8
+    max_slots: int = 65535
+
+
+def complete_view(scene, view):
+    """The view with its defaults filled in. Raises: OptionError if it makes no sense."""
+    width, height = view.width, view.height
+    if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE and width * height <= MAX_PIXELS):
+        raise OptionError(
+            f"picture size {width}x{height}: give 1x1 to {MAX_SIDE}x{MAX_SIDE}, at most {MAX_PIXELS >> 20} Mpixel"
+        )
+    camera = view.camera or default_camera(scene, width / height)
+    lights = list(default_lights(scene, camera) if view.lights is None else view.lights)
+    if len(lights) > MAX_LIGHTS:
+        raise OptionError(f"{len(lights)} lights, at most {MAX_LIGHTS} fit; leave some out")
+    return replace(view, camera=camera, lights=lights)
+
+
+def light_table(lights, unit):
+    """Lights in the unit box as (L, 10) float64, columns `LIGHT_COLUMNS`, not rounded.
+
+    Attenuation is in normalised distance: world distance = distance * 2^scale_exp.
+    Raises: OptionError for a light that 24-bit numbers cannot hold.
+    """
+    table = np.zeros((len(lights), len(LIGHT_COLUMNS)))
+    for row, light in zip(table, lights):
+        position = np.asarray(light.position, dtype=np.float64)
+        if light.directional:
+            length = np.linalg.norm(position)
+            if not 0.0 < length < math.inf:
+                raise OptionError("a directional light needs a direction that is not zero")
+            row[1:4] = position / length
+        else:
+            row[1:4] = unit.to_unit(position)
+            if not np.all(np.abs(row[1:4]) <= FAR):
+                where = ",".join(f"{p:g}" for p in position)
+                raise OptionError(f"light {where}: more than {FAR:.0f} times the scene's size away; bring it nearer")
+        row[0] = light.directional
+        row[4:7] = light.colour
+        c, l, q = light.attenuation
+        row[7:10] = c, l * 2.0**unit.scale_exp, q * 4.0**unit.scale_exp
+    if not np.isfinite(fp24.round_to_fp24(table)).all():
+        raise OptionError("a light's colour or attenuation is too large for 24-bit numbers")
+    return table
+
+
+def camera_arguments(camera, unit, width, height):
+    """Arguments of `rgen.camera_vectors` for a camera in world units."""
+    eye, target = unit.to_unit(camera.eye), unit.to_unit(camera.target)
+    if not (np.all(np.abs(eye) <= FAR) and np.all(np.isfinite(target))):
+        where = ",".join(f"{p:g}" for p in camera.eye)
+        raise OptionError(f"camera {where}: more than {FAR:.0f} times the scene's size away; bring it nearer")
+    return eye, target, camera.up, camera.fov, width, height
+
+
+# ---- the image ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Image:
+    """Everything that a frame needs.
+
+    memory: uint8 by address, from 0 to the end of the lights; the frame buffer follows it.
+    registers: {name of raycore.regs: value}, what the host writes before CTRL.start.
+    regions: {name: (lo, hi)} byte addresses, hi exclusive, what a frame may touch; only "frame" is written.
+    """
+
+    geometry: Geometry
+    view: View
+    memory: np.ndarray
+    registers: dict
+    regions: dict = field(default_factory=dict)
+
+    @property
+    def sizes(self):
+        """{region: bytes}."""
+        return {name: hi - lo for name, (lo, hi) in self.regions.items()}
+
+
+def build_image(scene, view=None, params=None):
+    """Memory image and registers of one frame.
+
+    Args: scene: `Scene`, or `Geometry` to use a tree again; view: `View`; params: `kdtree.Params` of the tree.
+    Returns: `Image`.
+    Raises: SceneError, OptionError if scene or view do not fit the hardware.
+    """
+    geometry = scene if isinstance(scene, Geometry) else None
+    view = complete_view(geometry.scene if geometry else scene, view or View())
+    geometry = geometry or build_geometry(scene, params)
+    unit, tree, scene = geometry.unit, geometry.tree, geometry.scene
+    lights = fp24.round_to_fp24(light_table(view.lights, unit))
+    parts = {
+        "nodes": tree.nodes.astype("<u8"),
+        "lists": tree.lists.astype("<u4"),
+        "triaccel": geometry.accel.astype("<u8"),
+        "info": geometry.info.astype("<u8"),
+        "materials": geometry.materials.astype("<u8"),
+        "lights": _pack_columns(LIGHT, LIGHT_COLUMNS, lights).astype("<u8"),
+    }
+    stride = -(-4 * view.width // 32) * 32
+    regions, at = {}, FIRST_ADDRESS
+    for name, size in (*((n, p.nbytes) for n, p in parts.items()), ("frame", stride * view.height)):
+        end = at + -(-size // ALIGN) * ALIGN
+        regions[name] = (at, end)
+        at = end
+    if at > 1 << 32:
+        raise SceneError(f"{scene.name}: needs {at >> 20} MB of memory, 32-bit addresses reach 4096 MB; simplify the mesh")
+    memory = np.zeros(regions["frame"][0], np.uint8)
+    for name, part in parts.items():
+        data = np.ascontiguousarray(part).reshape(-1).view(np.uint8)
+        memory[regions[name][0] : regions[name][0] + data.size] = data
+
+    registers = {
+        "SIZE": regs.pack("SIZE", width=view.width, height=view.height),
+        "FB_BASE": regions["frame"][0],
+        "FB_STRIDE": stride,
+        "FB_FORMAT": view.fb_format,
+        "OPTIONS": regs.pack("OPTIONS", shadows=int(view.shadows)),
+        "MAX_SLOTS": view.max_slots,
+        "NODE_BASE": regions["nodes"][0],
+        "NODE_COUNT": tree.nodes.size,
+        "NODE_ROOT": tree.root,
+        "LIST_BASE": regions["lists"][0],
+        "LIST_COUNT": tree.lists.size,
+        "ACCEL_BASE": regions["triaccel"][0],
+        "TRI_COUNT": len(geometry.accel),
+        "INFO_BASE": regions["info"][0],
+        "MAT_BASE": regions["materials"][0],
+        "MAT_COUNT": len(scene.materials),
+        "LIGHT_BASE": regions["lights"][0],
+        "LIGHT_COUNT": len(view.lights),
+    }
+    camera = rgen.camera_registers(*camera_arguments(view.camera, unit, view.width, view.height))
+    vectors = {
+        "BACKGROUND_": dict(zip("RGB", scene.background)),
+        "BOX_LO_": dict(zip("XYZ", tree.bounds[0] - BOX_MARGIN)),
+        "BOX_HI_": dict(zip("XYZ", tree.bounds[1] + BOX_MARGIN)),
+        **{f"CAM_{n.upper()}_": dict(zip("XYZ", getattr(camera, n))) for n in camera._fields},
+    }
+    for name, parts in vectors.items():
+        registers |= {name + c: int(fp24.to_bits(fp24.round_to_fp24(np.float64(v)))) for c, v in parts.items()}
+    return Image(geometry, view, memory, registers, regions)
+
+
+# ---- reading an image back -----------------------------------------------------------------------------------------------
+
+
+def region_words(image, name, count, words):
+    """The first `count` records of `words` 64-bit words of a region: (count, words) uint64."""
+    base = image.regions[name][0]
+    return image.memory[base : base + 8 * words * count].view("<u8").reshape(count, words)
+
+
+def register_vector(image, prefix, axes="XYZ"):
+    """Three FP24 registers as (3,) float64."""
+    return fp24.from_bits(np.array([image.registers[prefix + a] for a in axes]))
+
+
+def read_lights(image):
+    """(L, 10) float64, columns `LIGHT_COLUMNS`."""
+    return _columns(LIGHT, region_words(image, "lights", image.registers["LIGHT_COUNT"], 8), LIGHT_COLUMNS)
+
+
+def read_materials(image):
+    """(M, 10) float64, columns `MATERIAL_COLUMNS`."""
+    return _columns(MATERIAL, region_words(image, "materials", image.registers["MAT_COUNT"], 8), MATERIAL_COLUMNS)
+
+
+def read_info(image):
+    """Triangle information: (N, 5, 3) float64 in the order of `INFO_COLUMNS`, and (N,) int64 materials."""
+    words = region_words(image, "info", image.registers["TRI_COUNT"], 8)
+    mat = unpack_records(TRI_INFO, words)["mat"].astype(np.int64)
+    return _columns(TRI_INFO, words, INFO_COLUMNS).reshape(-1, 5, 3), mat

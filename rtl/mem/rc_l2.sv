@@ -6,7 +6,8 @@
 //   S2  the line of the way that hit is read
 //   R   line on the way to its clients; it stays until all of them have taken it
 // A client is taken or refused in S1, so it can be there every second cycle; two clients fill the
-// pipeline. Lines from memory go to R and into the cache at once, when S1 and S2 have run empty.
+// pipeline. A line from memory goes to R and into the cache in one cycle, before a hit that waits in
+// S2; S0 and S1 hold no lookup of its set then, all others pass.
 // Refused clients wait for an entry in turn and hold nobody else up; see docs/memory.md for bounds.
 module rc_l2 import rc_pkg::*; #(
   parameter int unsigned NumClients = 8,    // four node/TriAccel and four list caches
@@ -60,14 +61,12 @@ module rc_l2 import rc_pkg::*; #(
   line_addr_t           s0_addr, s1_addr_q;
   logic                 s0_fire, mshr_full, owner_done;
   tag_t [Ways-1:0]      tag;
-  // A line from memory that waits stops new lookups: so it is written two lookups later at the latest,
-  // and writes no set that is being read.
-  assign s0_req = (fill_valid || !adv) ? '0
-                : req_valid_i & ~s1_client_q & (~wait_q | (mshr_full ? '0 : owner));
+  assign s0_req  = adv ? req_valid_i & ~s1_client_q & (~wait_q | (mshr_full ? '0 : owner)) : '0;
   assign s0_addr = req_addr_i[s0_idx];
-  assign s0_fire = s0_gnt != '0;
+  // A line that waits stops new lookups of its set: so it is written soon, and while nobody reads there.
+  assign s0_fire = s0_gnt != '0 && !(fill_valid && s0_addr[SetW-1:0] == fill_set);
   rc_rr_arb #(.NumReq(NumClients)) u_arb (
-    .clk_i, .rst_ni, .req_i(s0_req), .ready_i(1'b1), .gnt_o(s0_gnt), .idx_o(s0_idx)
+    .clk_i, .rst_ni, .req_i(s0_req), .ready_i(s0_fire), .gnt_o(s0_gnt), .idx_o(s0_idx)
   );
   // Only the owner, one of the refused clients in turn, may take the next entry: nobody starves.
   rc_rr_arb #(.NumReq(NumClients)) u_owner (
@@ -120,11 +119,12 @@ module rc_l2 import rc_pkg::*; #(
   clients_t   s2_client_q, r_client_q;
   line_addr_t s2_addr_q;
   line_t      s2_line;
-  logic       s2_valid, r_free;
+  logic       s2_valid, s2_fire, r_free;
   assign s2_valid  = s2_client_q != '0;
   assign r_free    = (r_client_q & ~fill_ready_i) == '0;
-  assign adv       = !s2_valid || r_free;
-  assign fill_fire = fill_valid && !s1_valid && !s2_valid && r_free;
+  assign fill_fire = fill_valid && r_free && !(s1_valid && s1_set == fill_set);
+  assign s2_fire   = s2_valid && r_free && !fill_fire;
+  assign adv       = !s2_valid || s2_fire;
   rc_ram_1r1w #(.Width(LINE_W), .Depth(Sets * Ways)) u_data (
     .clk_i,
     .we_i(fill_fire), .waddr_i({fill_set, fill_way}), .wdata_i(fill_line),
@@ -137,21 +137,22 @@ module rc_l2 import rc_pkg::*; #(
       {s1_client_q, s2_client_q, r_client_q, wait_q} <= '0;
       valid_q <= '0;
     end else begin
-      if (adv) s1_client_q <= s0_gnt;
+      if (adv) s1_client_q <= s0_fire ? s0_gnt : '0;
       if (adv) s2_client_q <= s1_hit ? s1_client_q : '0;
-      if      (fill_fire)          r_client_q <= fill_clients;
-      else if (s2_valid && r_free) r_client_q <= s2_client_q;
-      else                         r_client_q <= r_client_q & ~fill_ready_i;
+      if      (fill_fire) r_client_q <= fill_clients;
+      else if (s2_fire)   r_client_q <= s2_client_q;
+      else                r_client_q <= r_client_q & ~fill_ready_i;
       if (s1_taken)     wait_q <= wait_q & ~s1_client_q;
       else if (s1_miss) wait_q <= wait_q | s1_client_q;
       if (fill_fire) valid_q[fill_set][fill_way] <= 1'b1;
     end
     if (adv) s1_addr_q <= s0_addr;
     if (adv) s2_addr_q <= s1_addr_q;
-    if (fill_fire)               {fill_addr_o, fill_line_o} <= {fill_addr, fill_line};
-    else if (s2_valid && r_free) {fill_addr_o, fill_line_o} <= {s2_addr_q, s2_line};
+    if      (fill_fire) {fill_addr_o, fill_line_o} <= {fill_addr, fill_line};
+    else if (s2_fire)   {fill_addr_o, fill_line_o} <= {s2_addr_q, s2_line};
   end
 
+  // A hit in the same cycle as a line from memory goes unnoted: one write port is enough.
   rc_l2_victim #(.Sets(Sets), .Ways(Ways)) u_victim (
     .clk_i, .rst_ni,
     .use_valid_i(s1_hit || fill_fire), .use_set_i(fill_fire ? fill_set : s1_set),

@@ -302,7 +302,9 @@ def build_image(scene, view=None, params=None):
         regions[name] = (at, end)
         at = end
     if at > 1 << 32:
-        raise SceneError(f"{scene.name}: needs {at >> 20} MB of memory, 32-bit addresses reach 4096 MB; simplify the mesh")
+        raise SceneError(
+            f"{scene.name}: needs {at >> 20} MB of memory, 32-bit addresses reach 4096 MB; simplify the mesh"
+        )
     memory = np.zeros(regions["frame"][0], np.uint8)
     for name, part in parts.items():
         data = np.ascontiguousarray(part).reshape(-1).view(np.uint8)

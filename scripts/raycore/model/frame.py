@@ -22,7 +22,7 @@ from raycore.image import (
     register_vector,
 )
 
-from . import bvh, fp24, pixbuf, rgen, shade, tracer
+from . import bvh, pixbuf, rgen, shade, tracer
 from .tracer import TRI_NONE
 
 NOT_TRACED, CULLED, LIT, SHADOWED = range(4)  # what became of a pixel's light
@@ -61,7 +61,24 @@ class Frame:
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def _render24(
-    tree, org, c, u, v, info, mat, materials, lights, background, shadows, rgb, tri, hit, light, shadow_tri, shadow_hit, dirs
+    tree,
+    org,
+    c,
+    u,
+    v,
+    info,
+    mat,
+    materials,
+    lights,
+    background,
+    shadows,
+    rgb,
+    tri,
+    hit,
+    light,
+    shadow_tri,
+    shadow_hit,
+    dirs,
 ):
     height, width = tri.shape
     slots = np.zeros((height, 4), np.int64)

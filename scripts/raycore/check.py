@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+"""Is a picture right? RTL against the reference, bit for bit; 24 bits against double precision; hits against Embree."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from raycore.model import fp24, pixbuf, rgen, tracer
+from raycore.model.frame import LIT, SHADOWED, Frame
+
+# Targets of the project, shown beside what was measured.
+PSNR_DB, AGREEMENT, HOLES_PPM = 38.0, 0.999, 25.0
+
+NEAR = 2.0**-10  # two hits at distances this close, relative, count as one: shared edges, coincident triangles
+STEADY = 0.01  # a surface is steady where five rays within 0.1 pixel hit it at distances this close, relative
+SLOT_COUNTERS = ("SLOTS_BOX", "SLOTS_TRAV1", "SLOTS_TRAV2", "SLOTS_ISECT")
+RAY_COUNTERS = {"primary": "RAYS_PRIMARY", "shadow": "RAYS_SHADOW", "culled": "RAYS_CULLED"}
+_EXAMPLES = 5
+
+
+@dataclass
+class Exact:
+    """Where the RTL and the reference differ."""
+
+    pixels: int = 0
+    hits: int = 0
+    rays: int = 0  # rays compared
+    counters: dict = field(default_factory=dict)  # {counter: (RTL, reference)} where they differ
+    examples: list = field(default_factory=list)
+
+    @property
+    def same(self):
+        """Nothing differs."""
+        return not (self.pixels or self.hits or self.counters)
+
+
+def _bits(x):
+    return fp24.to_bits(np.ascontiguousarray(x))
+
+
+def expected_hits(frame):
+    """Hit records of a reference frame as the harness names rays.
+
+    Returns: {field: (rays,) array}: x, y, any_hit, light, hit, tri, t, beta, gamma; t, beta, gamma are FP24 patterns and
+        mean nothing where nothing was hit. Primary rays first, then shadow rays, light by light.
+    """
+    y, x = np.indices(frame.tri.shape)
+    parts = [(x, y, 0, 0, frame.tri >= 0, frame.tri, frame.t, frame.beta, frame.gamma)]
+    if frame.shadows:
+        for l in range(len(frame.light)):
+            rays = frame.light[l] >= LIT
+            hit = frame.shadow_hit[l][rays]
+            tri, blocked = frame.shadow_tri[l][rays], frame.light[l][rays] == SHADOWED
+            parts.append((x[rays], y[rays], 1, l, blocked, tri, hit[:, 0], hit[:, 1], hit[:, 2]))
+    out = {}
+    for i, name in enumerate(("x", "y", "any_hit", "light", "hit", "tri", "t", "beta", "gamma")):
+        columns = [np.broadcast_to(p[i], p[0].shape).reshape(-1) for p in parts]
+        column = np.concatenate(columns)
+        out[name] = _bits(column) if name in ("t", "beta", "gamma") else column.astype(np.int64)
+    out["tri"] = np.where(out["tri"] < 0, tracer.TRI_NONE, out["tri"])
+    return out
+
+
+def compare_rtl(result, frame):
+    """Compare a simulation with the reference.
+
+    Args: result: `sim.SimResult` with hits; frame: `frame.render_fp24` of the same image.
+    Returns: `Exact`. A ray that came twice, never, or without being asked for is a mismatch too.
+    """
+    exact = Exact()
+    wrong = np.argwhere(result.frame != frame.pixels)
+    exact.pixels = len(wrong)
+    for y, x in wrong[:_EXAMPLES]:
+        exact.examples.append(f"pixel {x},{y}: RTL {result.frame[y, x]:08x}, reference {frame.pixels[y, x]:08x}")
+
+    want, got = expected_hits(frame), result.hits
+    height, width = frame.tri.shape
+    lights = len(frame.light) + 1
+
+    def key(r):
+        kind = r["any_hit"].astype(np.int64) * (1 + r["light"].astype(np.int64))
+        return (kind * height + r["y"]) * width + r["x"]
+
+    order = np.argsort(key(want))
+    want = {n: v[order] for n, v in want.items()}
+    known = (got["x"] < width) & (got["y"] < height) & (got["any_hit"] * (got["light"].astype(int) + 1) < lights)
+    keys, got = key(want), got[known]
+    place = np.searchsorted(keys, key(got))
+    place[place == keys.size] = 0
+    asked = keys[place] == key(got)
+    seen = np.bincount(place[asked], minlength=keys.size)
+    bad = seen != 1
+    for name in ("hit", "tri", "t", "beta", "gamma"):
+        value = np.zeros(keys.size, np.int64)
+        value[place[asked]] = got[name][asked]
+        differs = (seen == 1) & (value != want[name])
+        bad |= differs & ((want["hit"] == 1) | (name in ("hit", "tri")))
+    exact.hits = int(np.count_nonzero(bad) + np.count_nonzero(~known) + np.count_nonzero(~asked))
+    exact.rays = keys.size
+    for i in np.flatnonzero(bad)[:_EXAMPLES]:
+        kind = f"shadow ray to light {want['light'][i]}" if want["any_hit"][i] else "primary ray"
+        where = f"{kind} of pixel {want['x'][i]},{want['y'][i]}"
+        exact.examples.append(f"{where}: {'came ' + str(seen[i]) + ' times' if seen[i] != 1 else 'another hit'}")
+
+    counters = result.stats.get("counters", {})
+    reference = dict(zip(SLOT_COUNTERS, map(int, frame.slots)))
+    reference |= {counter: frame.rays[kind] for kind, counter in RAY_COUNTERS.items()}
+    exact.counters = {c: (counters[c], n) for c, n in reference.items() if counters.get(c, n) != n}
+    return exact
+
+
+# ---- double precision ----------------------------------------------------------------------------------------------------
+
+
+def channels(pixels, fb_format=pixbuf.RGBA8):
+    """Pixels of the frame buffer as (H, W, 3) uint8 channels, 10 bits shortened to 8."""
+    rgb = pixbuf.unpack(pixels, fb_format)
+    return (rgb >> 2 if fb_format == pixbuf.RGB10A2 else rgb).astype(np.uint8)
+
+
+def psnr(a, b):
+    """Peak signal to noise ratio in dB of two pictures of 8-bit channels; infinite if they are equal."""
+    error = np.mean((np.asarray(a, np.float64) - np.asarray(b, np.float64)) ** 2)
+    return float("inf") if error == 0.0 else float(10.0 * np.log10(255.0**2 / error))
+
+
+def difference(a, b, gain=16):
+    """Picture of where two pictures differ: absolute differences of channels, `gain` times as bright."""
+    return np.minimum(np.abs(a.astype(np.int64) - b.astype(np.int64)) * gain, 255).astype(np.uint8)
+
+
+# ---- Embree ----------------------------------------------------------------------------------------------------------------
+
+
+class Embree:
+    """Intel's Embree on the triangles of a scene as loaded, in the unit box (a shift and a power of two)."""
+
+    def __init__(self, geometry):
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
+        triangles = geometry.unit.to_unit(geometry.scene.triangles).astype(np.float32)
+        self._scene = EmbreeScene()
+        self._mesh = TriangleMesh(self._scene, np.ascontiguousarray(triangles))
+
+    def trace(self, org, direction):
+        """Nearest hits: triangle (-1: none) and distance, in lengths of the direction, of rays (..., 3) from org (3,)."""
+        d = np.ascontiguousarray(direction.reshape(-1, 3), dtype=np.float32)
+        o = np.ascontiguousarray(np.broadcast_to(org.astype(np.float32), d.shape))
+        hits = self._scene.run(o, d, query="INTERSECT", output=True)
+        tri = np.asarray(hits["primID"]).astype(np.int64)
+        t = np.where(tri < 0, np.inf, np.asarray(hits["tfar"], np.float64))
+        return tri.reshape(direction.shape[:-1]), t.reshape(direction.shape[:-1])
+
+
+@dataclass
+class Agreement:
+    """Primary hits beside Embree's; fractions of all pixels."""
+
+    same_triangle: float
+    same_hit: float  # the same triangle, or another at the same distance, or both missed
+    steady: float  # pixels where five rays within 0.1 pixel see one surface
+    holes: int  # steady pixels where we miss, or hit something behind
+    false: int  # steady pixels where we hit something in front
+    disagree: np.ndarray  # (H, W) bool: not the same hit
+
+    @property
+    def holes_ppm(self):
+        """Holes in a million pixels."""
+        return 1e6 * self.holes / self.disagree.size
+
+
+def compare_embree(image, frame, embree=None):
+    """Compare the primary hits of a frame with Embree on the very same rays. Returns: `Agreement`."""
+    embree = embree or Embree(image.geometry)
+    tri, t = embree.trace(frame.org, frame.dir)
+    ours = np.where(frame.tri < 0, np.inf, frame.t)
+    with np.errstate(invalid="ignore"):
+        near = (np.abs(ours - t) <= NEAR * np.maximum(t, NEAR)) | ((frame.tri < 0) & (tri < 0))
+    agree = (frame.tri == tri) | near
+
+    camera = _camera(image)
+    y, x = np.indices(frame.tri.shape)
+    spread = [t]
+    for dx, dy in ((-0.1, 0.0), (0.1, 0.0), (0.0, -0.1), (0.0, 0.1)):
+        d = camera.c + (x + 0.5 + dx)[..., None] * camera.u + (y + 0.5 + dy)[..., None] * camera.v
+        spread.append(embree.trace(frame.org, d / np.linalg.norm(d, axis=-1, keepdims=True))[1])
+    nearest, farthest = np.minimum.reduce(spread), np.maximum.reduce(spread)
+    surface = farthest <= nearest * (1.0 + STEADY)
+    nothing = np.isinf(nearest)
+    surface &= ~nothing
+    holes = surface & (ours > farthest * (1.0 + STEADY))
+    false = (surface & (ours < nearest * (1.0 - STEADY))) | (nothing & (frame.tri >= 0))
+    return Agreement(
+        same_triangle=float(np.mean(frame.tri == tri)),
+        same_hit=float(np.mean(agree)),
+        steady=float(np.mean(surface | nothing)),
+        holes=int(np.count_nonzero(holes)),
+        false=int(np.count_nonzero(false)),
+        disagree=~agree,
+    )
+
+
+def _camera(image):
+    from raycore.image import register_vector
+
+    return rgen.Camera(*(register_vector(image, f"CAM_{n.upper()}_") for n in rgen.Camera._fields))
+
+
+# ---- all of it -------------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Report:
+    """Everything that `--check` found out."""
+
+    exact: Exact | None  # None: no RTL ran
+    psnr: float
+    agreement: Agreement
+    reference: Frame
+    double: Frame
+    picture: np.ndarray  # (H, W, 3) uint8, difference between 24 bits and double precision, amplified
+
+    @property
+    def ok(self):
+        """The RTL computed what the reference computed."""
+        return self.exact is None or self.exact.same
+
+    def values(self):
+        """For STATS.json."""
+        out = {
+            "psnr_db": None if np.isinf(self.psnr) else round(self.psnr, 3),
+            "embree": {
+                "same_triangle": self.agreement.same_triangle,
+                "same_hit": self.agreement.same_hit,
+                "steady": self.agreement.steady,
+                "holes": self.agreement.holes,
+                "holes_ppm": self.agreement.holes_ppm,
+                "false": self.agreement.false,
+            },
+        }
+        if self.exact is not None:
+            out["rtl"] = {
+                "pixel_mismatches": self.exact.pixels,
+                "hit_mismatches": self.exact.hits,
+                "rays_compared": self.exact.rays,
+                "counter_mismatches": {c: {"rtl": a, "reference": b} for c, (a, b) in self.exact.counters.items()},
+                "examples": self.exact.examples,
+            }
+        return out
+
+    def rows(self):
+        """(what, measured, target, fine) for people."""
+        out, a = [], self.agreement
+        if self.exact is not None:
+            e = self.exact
+            out += [
+                ("pixels that differ from the reference", f"{e.pixels:,}", "0", e.pixels == 0),
+                (f"hits that differ, of {e.rays:,} rays", f"{e.hits:,}", "0", e.hits == 0),
+                ("counters that differ", ", ".join(e.counters) or "0", "0", not e.counters),
+            ]
+        return [
+            *out,
+            ("PSNR against double precision", f"{self.psnr:.1f} dB", f"≥ {PSNR_DB:g} dB", self.psnr >= PSNR_DB),
+            ("primary hits as Embree's", f"{a.same_hit:.4%}", f"≥ {AGREEMENT:.1%}", a.same_hit >= AGREEMENT),
+            ("  of these on the same triangle", f"{a.same_triangle:.4%}", "", True),
+            ("holes", f"{a.holes} ({a.holes_ppm:.0f} ppm)", f"≤ {HOLES_PPM:g} ppm", a.holes_ppm <= HOLES_PPM),
+            ("hits in front of the surface", f"{a.false}", "", True),
+        ]
+
+
+def check(image, result=None, reference=None):
+    """Check a frame.
+
+    Args: image `image.Image`; result `sim.SimResult` with hits, None: check the reference alone; reference
+        `frame.render_fp24` of the image if it is there already.
+    Returns: `Report`.
+    """
+    from raycore.model import frame as frames
+
+    reference = reference or frames.render_fp24(image)
+    double = frames.render_double(image)
+    a, b = channels(reference.pixels, image.view.fb_format), channels(double.pixels, image.view.fb_format)
+    exact = None if result is None else compare_rtl(result, reference)
+    return Report(exact, psnr(a, b), compare_embree(image, reference), reference, double, difference(a, b))

@@ -1,0 +1,354 @@
+# SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+"""The command `raycore`: pictures of scenes, computed by the RTL, and what a scene takes. docs/cli.md explains the files."""
+
+import contextlib
+import io
+import json
+import os
+import re
+import sys
+import tempfile
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from typer.core import TyperGroup
+
+from raycore import __version__
+from raycore.errors import OptionError, OutputError, RayCoreError
+from raycore.toolchain import ToolchainError
+
+BAD_INPUT, FAILED, INTERRUPTED = 2, 1, 130
+_UsageError = typer.BadParameter.__mro__[1]
+
+
+class _Commands(TyperGroup):
+    """Ends every error with one line on stderr and an exit code."""
+
+    def main(self, *args, standalone_mode=True, **more):
+        try:
+            code = super().main(*args, standalone_mode=False, **more)
+        except _UsageError as error:
+            command = error.ctx.command_path if error.ctx else "raycore"
+            _die(f"{' '.join(error.format_message().split())} (see {command} --help)", BAD_INPUT)
+        except (RayCoreError, ToolchainError) as error:
+            _die(error, BAD_INPUT if isinstance(error, OptionError) else FAILED)
+        except (KeyboardInterrupt, typer.Abort):
+            _die("interrupted", INTERRUPTED)
+        except MemoryError:
+            _die("out of memory; take a smaller picture or a simpler scene", FAILED)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            code = FAILED
+        except Exception as error:
+            if os.environ.get("RAYCORE_DEBUG"):
+                raise
+            _die(f"internal error, {type(error).__name__}: {error} (RAYCORE_DEBUG=1 shows where)", FAILED)
+        if not standalone_mode:
+            return code
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+def _die(message, code):
+    print(f"raycore: {' '.join(str(message).split())}", file=sys.stderr)
+    sys.exit(code)
+
+
+app = typer.Typer(
+    cls=_Commands,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    help="Render scenes on RayCore, an open hardware ray tracer: the RTL itself computes every pixel, under Verilator.",
+)
+
+
+class Engine(StrEnum):
+    """Who computes the picture."""
+
+    rtl = "rtl"
+    model = "model"
+    double = "double"
+
+
+# ---- outputs ---------------------------------------------------------------------------------------------------------------
+
+
+def _claim(path, option):
+    """Refuse a path that cannot be written, before anything long begins."""
+    if path is None:
+        return
+    if path.is_dir():
+        raise OutputError(f"{option} {path}: is a directory; give a file name")
+    folder = path.parent
+    if not folder.is_dir():
+        raise OutputError(f"{option} {path}: the folder {folder} does not exist; make it first")
+    try:
+        with tempfile.NamedTemporaryFile(dir=folder, prefix=".raycore-"):
+            pass
+    except OSError as error:
+        raise OutputError(f"{option} {path}: cannot be written ({error.strerror})") from None
+
+
+def _write(path, data):
+    """Write a file whole or not at all."""
+    part = None
+    try:
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".raycore-", delete=False) as stream:
+            part = Path(stream.name)
+            stream.write(data)
+        umask = os.umask(0)
+        os.umask(umask)
+        part.chmod(0o666 & ~umask)
+        part.replace(path)
+    except OSError as error:
+        if part is not None:
+            part.unlink(missing_ok=True)
+        raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def _png(rgb):
+    from PIL import Image
+
+    out = io.BytesIO()
+    Image.fromarray(rgb).save(out, format="PNG")
+    return out.getvalue()
+
+
+def _npz(arrays):
+    import numpy as np
+
+    out = io.BytesIO()
+    np.savez_compressed(out, **arrays)
+    return out.getvalue()
+
+
+def _json(values):
+    return (json.dumps(values, indent=2) + "\n").encode()
+
+
+# ---- tables ----------------------------------------------------------------------------------------------------------------
+
+
+def _table(rows):
+    """Rows of text, aligned."""
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column(no_wrap=True)
+    for _ in range(max(map(len, rows)) - 1):
+        table.add_column(overflow="fold")
+    for row in rows:
+        table.add_row(*map(str, row))
+    return table
+
+
+def _status(console, text):
+    """A line that says what is going on, on a terminal only."""
+    return console.status(text) if console.is_terminal else contextlib.nullcontext()
+
+
+def _size(text):
+    found = re.fullmatch(r"(\d{1,9})[xX](\d{1,9})", text)
+    if not found:
+        raise OptionError(f"--size {text}: expected WIDTHxHEIGHT, such as 320x192")
+    return int(found[1]), int(found[2])
+
+
+def _scene(name):
+    from raycore.scene import load_scene
+
+    return load_scene(name)
+
+
+# ---- commands --------------------------------------------------------------------------------------------------------------
+
+
+@app.callback()
+def _main():
+    pass
+
+
+@app.command(no_args_is_help=True)
+def render(
+    scene: Annotated[
+        str, typer.Argument(metavar="SCENE", help="glTF, GLB, OBJ, PLY or STL file, or the name of one of our scenes.")
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="OUT.png", help="The picture, row 0 at the top.")],
+    size: Annotated[str, typer.Option(metavar="WxH", help="Size of the picture in pixels.")] = "320x192",
+    camera: Annotated[
+        str | None,
+        typer.Option(
+            metavar="EYE:TARGET:UP:FOV",
+            help="`ex,ey,ez:tx,ty,tz:ux,uy,uz:fov`, vertical field of view in degrees. "
+            "Default: the file's own camera, or a view that frames the scene.",
+        ),
+    ] = None,
+    light: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="X,Y,Z[:R,G,B]",
+            help="A point light; repeat for more, at most 16. Default: the file's own, or a lamp.",
+        ),
+    ] = None,
+    no_shadows: Annotated[bool, typer.Option("--no-shadows", help="Trace primary rays only.")] = False,
+    mem_latency: Annotated[int, typer.Option(metavar="N", help="Cycles from address to data, 1 to 1000000.")] = 60,
+    mem_width: Annotated[int, typer.Option(metavar="BITS", help="Memory bus: 64, 128 or 256 bits.")] = 64,
+    backpressure: Annotated[
+        float, typer.Option(metavar="P", help="Probability that a memory channel pauses for a cycle.")
+    ] = 0.0,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the pauses.")] = 1,
+    stats: Annotated[Path | None, typer.Option(metavar="STATS.json", help="All counters and what they mean.")] = None,
+    aov: Annotated[
+        Path | None, typer.Option(metavar="HITS.npz", help="Rays and hits of all pixels, in world units.")
+    ] = None,
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check",
+            help="Compare with the bit-exact reference, with double precision and with Embree; "
+            "writes a difference picture `OUT.diff.png`.",
+        ),
+    ] = False,
+    waves: Annotated[Path | None, typer.Option(metavar="WAVES.fst", help="Record waveforms; slow.")] = None,
+    waves_from: Annotated[int, typer.Option(metavar="CYCLE", min=0, help="Where the waveforms begin.")] = 0,
+    waves_cycles: Annotated[int | None, typer.Option(metavar="N", min=1, help="How many cycles they last.")] = None,
+    engine: Annotated[
+        Engine, typer.Option(help="rtl: the hardware; model: its bit-exact reference; double: double precision.")
+    ] = Engine.rtl,
+):
+    """Render SCENE to a PNG.
+
+    Examples, from simple to thorough:
+
+    `raycore render hall -o hall.png`
+
+    `raycore render bunny.obj -o bunny.png --size 800x480 --light 0.2,0.5,0.2`
+
+    `raycore render room.glb -o room.png --camera 0,2,8:0,1,0:0,1,0:50 --light 3,4,2 --light -3,4,2:0.5,0.4,0.3`
+
+    `raycore render room.glb -o room.png --stats room.json --aov room.npz --check`
+
+    `raycore render room.glb -o room.png --no-shadows --mem-latency 200 --mem-width 128`
+
+    `raycore render tiny -o tiny.png --size 32x32 --waves tiny.fst --waves-from 1000 --waves-cycles 5000`
+    """
+    from raycore import sim
+    from raycore.image import View, build_geometry, build_image, complete_view
+    from raycore.scene import parse_camera, parse_light
+
+    outputs = {"--output": output, "--stats": stats, "--aov": aov, "--waves": waves}
+    difference = output.with_suffix(".diff.png") if check else None
+    for option, path in (*outputs.items(), ("--check", difference)):
+        _claim(path, option)
+    named = [p.resolve() for p in (*outputs.values(), difference) if p is not None]
+    if len(set(named)) < len(named):
+        raise OptionError("two outputs have the same name")
+    if waves is not None and engine is not Engine.rtl:
+        raise OptionError("--waves: only the engine rtl has waveforms")
+    memory = sim.Memory(width=mem_width, latency=mem_latency, backpressure=backpressure, seed=seed)
+    width, height = _size(size)
+    view = View(
+        width,
+        height,
+        parse_camera(camera) if camera else None,
+        [parse_light(text) for text in light] if light else None,
+        not no_shadows,
+    )
+
+    console = Console(stderr=True)
+    with _status(console, f"Loading {scene}"):
+        loaded = _scene(scene)
+        complete_view(loaded, view)  # what is wrong with the view shows before the tree is built
+    with _status(console, f"Building the tree of {len(loaded.triangles):,} triangles"):
+        image = build_image(build_geometry(loaded), view)
+
+    from raycore import render as rendering
+    from raycore.check import channels
+
+    simulation = {}
+    if engine is Engine.rtl:
+        with _status(console, "Building the simulator if the RTL has changed"):
+            sim.build(mem_width=mem_width, waves=waves is not None)
+        simulation = {"waves": waves, "waves_from": waves_from, "waves_cycles": waves_cycles}
+    rendered = rendering.render(image, engine.value, memory, hits=check or aov is not None, **simulation)
+    _write(output, _png(channels(rendered.pixels)))
+    values = rendering.stats(rendered, file=scene)
+    if aov is not None:
+        with _status(console, "Writing the hits"):
+            _write(aov, _npz(rendering.aov(rendered)))
+    report = None
+    if check:
+        from raycore.check import check as run_check
+
+        with _status(console, "Checking (the first time this compiles the reference, about a minute)"):
+            report = run_check(image, rendered.result, rendered.frame if engine is Engine.model else None)
+        values["check"] = report.values()
+        _write(difference, _png(report.picture))
+    if stats is not None:
+        _write(stats, _json(values))
+
+    rows = [
+        (
+            "scene",
+            f"{image.geometry.scene.name}, {len(loaded.triangles):,} triangles, {image.geometry.tree.nodes.size:,} nodes",
+        ),
+        ("picture", f"{width}x{height} in {rendered.seconds:.1f} s by {engine.value}"),
+        *rendering.summary(values),
+    ]
+    out = Console(highlight=False, width=max(100, Console().width) if not sys.stdout.isatty() else None)
+    out.print(_table(rows))
+    if report is not None:
+        marks = [
+            (what, got, f"target {want}" if want else "", "" if fine else "MISSED")
+            for what, got, want, fine in report.rows()
+        ]
+        out.print()
+        out.print(_table(marks))
+        for line in report.exact.examples if report.exact else ():
+            out.print(f"  {line}", markup=False)
+    files = [p for p in (output, difference, stats, aov, waves) if p is not None]
+    out.print("wrote " + ", ".join(map(str, files)), markup=False, soft_wrap=True)
+    if report is not None and not report.ok:
+        e = report.exact
+        raise RayCoreError(
+            f"the RTL differs from the reference in {e.pixels} pixels, {e.hits} hits and {len(e.counters)} counters"
+        )
+
+
+@app.command(no_args_is_help=True)
+def info(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="As for `raycore render`.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+):
+    """Show what SCENE takes: triangles, tree, memory.
+
+    Examples:
+
+    `raycore info hall`
+
+    `raycore info bunny.obj --json`
+    """
+    from raycore.info import rows, scene_info
+
+    console = Console(stderr=True)
+    with _status(console, f"Reading {scene}"):
+        values = scene_info(scene)
+    if as_json:
+        print(json.dumps(values, indent=2))
+        return
+    Console(highlight=False).print(_table(rows(values)))
+
+
+@app.command()
+def version():
+    """Print the version."""
+    print(f"raycore {__version__}")
+
+
+main = app
+
+if __name__ == "__main__":
+    app()

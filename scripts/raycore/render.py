@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+"""One picture by one of three engines, and what is known about it afterwards: statistics, hits, a summary."""
+
+import platform
+import re
+import time
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from raycore import __version__, sim
+from raycore.image import Image
+from raycore.model import fp24, rgen
+from raycore.toolchain import REPO
+
+ENGINES = ("rtl", "model", "double")
+PIPES = 4  # T&I pipelines of an RTU: slots a cycle
+MODES = ("box", "trav1", "trav2", "isect", "miss_nt", "miss_list")  # what a slot with a ray was spent on
+LINE_BYTES, ROW_BYTES = 64, 32
+
+
+@dataclass
+class Rendered:
+    """A picture and how it came about."""
+
+    engine: str
+    image: Image
+    pixels: np.ndarray  # (H, W) uint32, as in the frame buffer
+    tri: np.ndarray  # (H, W) int64 triangle of the primary hit, -1: none
+    t: np.ndarray  # (H, W) float64 its distance in the unit box, in lengths of the ray's direction
+    memory: sim.Memory
+    result: sim.SimResult | None = None  # of the RTL
+    frame: object | None = None  # model.frame.Frame of the reference
+    seconds: float = 0.0
+
+
+def _primary(result, view):
+    """Triangles and distances of the primary rays from hit records."""
+    tri, t = np.full((view.height, view.width), -1, np.int64), np.full((view.height, view.width), np.inf)
+    rays = result.hits[(result.hits["any_hit"] == 0) & (result.hits["hit"] == 1)]
+    tri[rays["y"], rays["x"]] = rays["tri"]
+    t[rays["y"], rays["x"]] = fp24.from_bits(rays["t"])
+    return tri, t
+
+
+def render(image, engine="rtl", memory=None, hits=False, **simulation):
+    """Render an image.
+
+    Args: image `image.Image`; engine: "rtl" (Verilator), "model" (bit-exact reference) or "double"; memory `sim.Memory`;
+        hits: keep the hit records; simulation: more arguments of `sim.run_frame`.
+    Returns: `Rendered`; without hits the RTL leaves tri and t empty.
+    Raises: SimError, and what `sim.run_frame` raises.
+    """
+    memory, began = memory or sim.Memory(), time.perf_counter()
+    if engine == "rtl":
+        result = sim.run_frame(image.memory, image.registers, memory=memory, hits=hits, **simulation)
+        tri, t = _primary(result, image.view) if hits else (None, None)
+        return Rendered(engine, image, result.frame, tri, t, memory, result, None, time.perf_counter() - began)
+    from raycore.model import frame as frames  # compiles for half a minute the first time
+
+    frame = frames.render_fp24(image) if engine == "model" else frames.render_double(image)
+    return Rendered(engine, image, frame.pixels, frame.tri, frame.t, memory, None, frame, time.perf_counter() - began)
+
+
+# ---- statistics ----------------------------------------------------------------------------------------------------------
+
+
+def rtl_parameters():
+    """Cache geometry and pipelines, read from the RTL's own defaults."""
+
+    def default(file, name):
+        return int(re.search(rf"parameter int unsigned {name}\s*=\s*(\d+)", (REPO / "rtl" / file).read_text())[1])
+
+    l1, l2 = default("mem/rc_l1.sv", "Ways"), default("mem/rc_l2.sv", "Ways")
+    sets = {name: default("tni/rc_tni.sv", name) for name in ("NtSets", "ListSets", "L2Sets")}
+    return {
+        "rtus": 1,
+        "pipelines": default("tni/rc_tni.sv", "NumPipes"),
+        "l1_node": {"sets": sets["NtSets"], "ways": l1, "line_bytes": LINE_BYTES, "each": "pipeline"},
+        "l1_list": {"sets": sets["ListSets"], "ways": l1, "line_bytes": LINE_BYTES, "each": "pipeline"},
+        "l2": {"sets": sets["L2Sets"], "ways": l2, "line_bytes": LINE_BYTES, "each": "rtu"},
+        "triangle": _triangle_cache(),
+    }
+
+
+def _triangle_cache():
+    """Parameters of the triangle cache as the shading unit instantiates it, or its own defaults."""
+    text = (REPO / "rtl/mem/rc_ro_cache.sv").read_text()
+    found = re.findall(r"parameter int unsigned (\w+)\s*=\s*(\d+)", text)
+    return {name.lower(): int(value) for name, value in found} | {"line_bytes": LINE_BYTES, "each": "rtu"}
+
+
+def config(rendered, **more):
+    """Everything that decides the picture and the cycles."""
+    view, geometry, memory = rendered.image.view, rendered.image.geometry, rendered.memory
+    return {
+        "scene": geometry.scene.name,
+        "triangles": len(geometry.accel),
+        "size": [view.width, view.height],
+        "camera": asdict(view.camera),
+        "lights": [asdict(light) for light in view.lights],
+        "shadows": view.shadows,
+        "background": list(geometry.scene.background),
+        "max_slots": view.max_slots,
+        "memory": asdict(memory),
+        "seed": memory.seed,
+        "tree": asdict(geometry.tree.params),
+        "caches": rtl_parameters(),
+        "versions": {"raycore": __version__, "python": platform.python_version(), "numpy": np.__version__},
+        **more,
+    }
+
+
+def _share(part, whole):
+    return part / whole if whole else 0.0
+
+
+def stats(rendered, **more):
+    """STATS.json of a picture, as docs/cli.md explains it; more: further entries of `config`."""
+    image = rendered.image
+    out = {"engine": rendered.engine}
+    if rendered.result is not None:
+        c = rendered.result.stats["counters"]
+        cycles = c["CYCLES"]
+        rays = {"primary": c["RAYS_PRIMARY"], "shadow": c["RAYS_SHADOW"], "culled": c["RAYS_CULLED"]}
+        slots = {mode: c[f"SLOTS_{mode.upper()}"] for mode in MODES}
+    else:
+        c, cycles, rays = {}, None, dict(rendered.frame.rays)
+        slots = dict(zip(MODES, map(int, rendered.frame.slots))) if rendered.engine == "model" else {}
+    traced, used = rays["primary"] + rays["shadow"], sum(slots.values())
+    rays["total"] = traced
+    out |= {"cycles": cycles, "rays": rays}
+    out["rays_per_cycle_per_rtu"] = _share(traced, cycles) if cycles else None
+    out["slots_per_ray"] = _share(used, traced) if slots else None
+    out["slots"] = slots | ({"bubble": c["SLOTS_BUBBLE"]} if c else {})
+    out["occupancy"] = _share(used, PIPES * cycles) if cycles else None
+    if c:
+        pairs = {
+            "l1_node": (c["NT_HITS"], c["SLOTS_MISS_NT"]),
+            "l1_list": (c["LIST_HITS"], c["SLOTS_MISS_LIST"]),
+            "l2": (c["L2_HITS"], c["L2_MISSES"]),
+            "triangle": (c["TRI_HITS"], c["TRI_MISSES"]),
+        }
+        out["cache"] = {n: {"hits": h, "misses": m, "hit_rate": _share(h, h + m)} for n, (h, m) in pairs.items()}
+        by_kind = dict(rendered.result.stats.get("bytes", {}))
+        by_kind["total"] = sum(by_kind.values())
+        out["bytes"] = by_kind
+        tree = sum(by_kind.get(kind, 0) for kind in ("nodes", "lists", "triaccel"))
+        out["bytes_per_ray"] = {"tree": _share(tree, traced), "total": _share(by_kind["total"], traced)}
+        out["counters"] = c
+        out["simulation"] = rendered.result.stats.get("sim", {})
+    out["seconds"] = {n: round(s, 3) for n, s in (image.geometry.seconds | {"render": rendered.seconds}).items()}
+    out["config"] = config(rendered, **more)
+    return out
+
+
+def summary(values):
+    """(what, figure) pairs that a person wants to see, from `stats`."""
+    rays = values["rays"]
+    out = [("rays", f"{rays['primary']:,} primary, {rays['shadow']:,} shadow, {rays['culled']:,} culled")]
+    if values["cycles"] is not None:
+        out.append(("cycles", f"{values['cycles']:,}"))
+        out.append(("rays per cycle per RTU", f"{values['rays_per_cycle_per_rtu']:.4f}"))
+    if values["slots_per_ray"] is not None:
+        out.append(("slots per ray", f"{values['slots_per_ray']:.2f}"))
+    if values["cycles"] is not None:
+        rate = {name: f"{cache['hit_rate']:.2%}" for name, cache in values["cache"].items()}
+        out += [
+            ("occupancy", f"{values['occupancy']:.2%}"),
+            ("hit rate, L1 node and triangle", rate["l1_node"]),
+            ("hit rate, L1 list", rate["l1_list"]),
+            ("hit rate, L2", rate["l2"]),
+            ("hit rate, triangle cache", rate["triangle"]),
+            ("bytes per ray, tree", f"{values['bytes_per_ray']['tree']:.2f}"),
+            ("bytes per ray, all", f"{values['bytes_per_ray']['total']:.2f}"),
+        ]
+        speed = values["simulation"].get("cycles_per_second")
+        if speed:
+            out.append(("simulation", f"{speed / 1000:,.0f} kcycles/s"))
+    return out
+
+
+# ---- hits for others -------------------------------------------------------------------------------------------------------
+
+
+def aov(rendered):
+    """Arrays of the AOV file, world units: what the primary rays were and what they hit.
+
+    Returns: tri (H, W) int32, -1: missed; t (H, W) float64 along the unit direction, infinite where missed; triangles
+        (N, 3, 3) float64 as loaded; ray_origin, ray_dir (H, W, 3) float64, the rays that were traced, made unit length.
+    """
+    image = rendered.image
+    view, unit = image.view, image.geometry.unit
+    if rendered.frame is not None:
+        org, direction = rendered.frame.org, rendered.frame.dir
+    else:
+        from raycore.image import register_vector
+
+        camera = rgen.Camera(*(register_vector(image, f"CAM_{n.upper()}_") for n in rgen.Camera._fields))
+        org, (direction, _) = camera.org, rgen.primary_rays(camera, view.width, view.height)
+    length = np.linalg.norm(direction, axis=2)
+    missed = rendered.tri < 0
+    return {
+        "tri": rendered.tri.astype(np.int32),
+        "t": np.where(missed, np.inf, unit.length_to_world(np.where(missed, 0.0, rendered.t) * length)),
+        "triangles": image.geometry.scene.triangles,
+        "ray_origin": np.broadcast_to(unit.to_world(org), direction.shape).copy(),
+        "ray_dir": direction / length[..., None],
+    }

@@ -22,6 +22,7 @@ PIP_INSTALL   = $(PY) -m pip install --quiet --disable-pip-version-check --no-in
 $(VENV_STAMP):
 	@command -v $(PYTHON) >/dev/null || { echo "error: $(PYTHON) not found; see README.md, Getting started" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "error: Python 3.11 or newer is needed" >&2; exit 1; }
+	@for tool in g++ perl; do command -v $$tool >/dev/null || { echo "error: $$tool not found; see README.md, Getting started" >&2; exit 1; }; done
 	@echo "Creating $(VENV)"
 	@rm -rf $(VENV)
 	@$(PYTHON) -m venv $(VENV) || { echo "error: no venv module; see README.md, Getting started" >&2; rm -rf $(VENV); exit 1; }

@@ -29,7 +29,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from raycore.toolchain import BUILD, REPO, jobs, run, verilator_env, verilator_root
+from raycore.toolchain import BUILD, REPO, ToolchainError, jobs, run, verilator_env, verilator_root
 
 RTL = REPO / "rtl"
 TB_BUILD = BUILD / "tb"
@@ -51,6 +51,24 @@ def rtl(*files: str, package: bool = True) -> list[Path]:
         if not path.is_file():
             raise FileNotFoundError(f"no RTL file {path.relative_to(REPO)}")
     return paths
+
+
+def package_with_latencies(**cycles: int) -> Path:
+    """A copy of rc_pkg.sv in which the latencies of functional units differ: `package_with_latencies(DIV=9)`.
+
+    Give each set of latencies a build of its own by a define or parameter.
+    Raises: ValueError for a unit that rc_pkg.sv does not know.
+    """
+    text = (RTL / "rc_pkg.sv").read_text()
+    for unit, n in cycles.items():
+        text, found = re.subn(rf"(LAT_{unit} +)= \d+;", rf"\g<1>= {n};", text)
+        if found != 1:
+            raise ValueError(f"LAT_{unit} is not a latency of rc_pkg.sv")
+    path = TB_BUILD / f"rc_pkg-{_digest(cycles)[:10]}" / "rc_pkg.sv"
+    with _locked(path.parent):
+        if not path.exists() or path.read_text() != text:
+            path.write_text(text)
+    return path
 
 
 def flag(name: str) -> bool:
@@ -75,8 +93,8 @@ def _locked(folder: Path) -> Iterator[None]:
 
 
 def _included(folders: Iterable[Path]) -> list[Path]:
-    return sorted(f for d in folders for f in Path(d).glob("*.s?vh") if f.is_file()) + sorted(
-        f for d in folders for f in Path(d).glob("*.h") if f.is_file())
+    """Headers in these folders: a change of one of them is a change of the build."""
+    return sorted({f for d in folders for f in d.iterdir() if f.suffix in (".svh", ".vh", ".h", ".hpp")})
 
 
 def _verilate(kind: str, top: str, sources: Sequence[Path], args: Sequence[str], parameters: Mapping[str, object],
@@ -86,7 +104,7 @@ def _verilate(kind: str, top: str, sources: Sequence[Path], args: Sequence[str],
     sources = [Path(s).resolve() for s in sources]
     cpp = [Path(s).resolve() for s in cpp]
     includes = [Path(s).resolve() for s in includes]
-    key = _digest(kind, args, parameters, defines, opt, [str(s) for s in cpp])
+    key = _digest(kind, args, parameters, defines, opt, [str(s) for s in [*sources, *cpp]], extra_files)
     folder = TB_BUILD / f"{top}-{key[:10]}"
     exe = folder / "obj" / f"V{top}"
     stamp = folder / "stamp"
@@ -96,7 +114,7 @@ def _verilate(kind: str, top: str, sources: Sequence[Path], args: Sequence[str],
             if not path.exists() or path.read_text() != text:
                 path.write_text(text)
         controls = [folder / name for name in extra_files if name.endswith(".vlt")]
-        want = _digest(_content([*sources, *cpp, *_included(includes), *controls]), str(verilator_root()),
+        want = _digest(_content([*sources, *cpp, *_included([*includes, *{c.parent for c in cpp}])]), str(verilator_root()),
                        verilator_env(opt)["MAKEFLAGS"])
         if exe.is_file() and stamp.is_file() and stamp.read_text() == want:
             return folder, exe
@@ -202,6 +220,10 @@ def run_cocotb(top: str, sources: Sequence[str | Path], test_module: str, *,
             code = 0
         except (SystemExit, RuntimeError) as stop:   # the runner's ways to say that something failed
             code = stop.code if isinstance(stop, SystemExit) else 1
+        except ValueError as err:
+            if "libpython" not in str(err):
+                raise
+            raise ToolchainError("cocotb needs Python as a shared library: install libpython3-dev") from err
     log = run_dir / "run.log"
     if not (run_dir / "results.xml").is_file():
         raise AssertionError(f"{top}: the simulation died (exit {code}):\n{_tail(log)}")

@@ -43,13 +43,13 @@ AxiResp AxiMemory::fault(decltype(AxiFault::where) where, uint64_t nth, uint32_t
 // AXI4, A3.2.1: valid and its payload hold until ready.
 void AxiMemory::check_held(const AxiMasterPins& in) {
   const AxiMasterPins& was = in_before_;
-  if (was.arvalid && !out_.arready) {
+  if (was.arvalid && !ready_before_.ar) {
     if (!in.arvalid || in.araddr != was.araddr || in.arlen != was.arlen) complain("AXI rule broken: AR did not hold");
   }
-  if (was.awvalid && !out_.awready) {
+  if (was.awvalid && !ready_before_.aw) {
     if (!in.awvalid || in.awaddr != was.awaddr || in.awlen != was.awlen) complain("AXI rule broken: AW did not hold");
   }
-  if (was.wvalid && !out_.wready) {
+  if (was.wvalid && !ready_before_.w) {
     if (!in.wvalid || in.wlast != was.wlast || std::memcmp(in.wdata, was.wdata, config_.beat_bytes) != 0) {
       complain("AXI rule broken: W did not hold");
     }
@@ -121,6 +121,7 @@ void AxiMemory::step(const AxiMasterPins& in) {
   if (out_.wready && in.wvalid) take_beat(in);
   cycle_++;
   in_before_ = in;
+  ready_before_ = {out_.arready, out_.awready, out_.wready};
   drive();
 }
 

@@ -99,6 +99,7 @@ class AxiMemory {
   uint32_t frame_base_ = 0;
   std::deque<Burst> reads_, writes_;
   AxiMasterPins in_before_;
+  struct { bool ar = false, aw = false, w = false; } ready_before_;
   AxiSlavePins out_;
   Counts counts_;
   uint64_t cycle_ = 0, strobed_bytes_ = 0;

@@ -99,6 +99,7 @@ class Simulation {
 #endif
   Pixel pixel_[256];             // by ray index
   std::map<uint32_t, uint32_t> counters_;
+  uint32_t error_code_ = 0, error_addr_ = 0;
   uint64_t cycle_ = 0, last_life_ = 0;
   uint64_t primary_ = 0, shadow_ = 0, pixels_total_ = 0;
   bool progress_shown_ = false;
@@ -233,34 +234,33 @@ void Simulation::show_progress(bool last) {
   progress_shown_ = true;
 }
 
-// Every pair of valid and ready that sim/watch.vlt made public: who offers, who does not take.
+// What sim/watch.vlt made public: of each pair of valid and ready, who offers and who does not take.
 void Simulation::report_waits() const {
   if (progress_shown_) std::fputc('\n', stderr);
   std::fprintf(stderr, "memory: %zu reads and %zu writes outstanding\n", memory_->reads_outstanding(), memory_->writes_outstanding());
   if (!context_.scopeNameMap()) return;
   for (const auto& [scope_name, scope] : *context_.scopeNameMap()) {
     if (!scope->varsp()) continue;
+    auto value_of = [&](const std::string& name) -> int {   // -1: no such signal, or a wide one
+      const auto found = scope->varsp()->find(name.c_str());
+      if (found == scope->varsp()->end() || found->second.vltype() != VLVT_UINT8) return -1;
+      return *static_cast<const CData*>(found->second.datap());
+    };
     for (const auto& [var_name, var] : *scope->varsp()) {
-      const std::string valid = var_name;
-      const size_t at = valid.find("valid");
-      if (var.datap() == nullptr || var.vltype() != VLVT_UINT8) continue;
-      const bool is_valid = *static_cast<const CData*>(var.datap()) != 0;
+      const std::string name = var_name;
+      const int value = value_of(name);
+      if (value < 0 || var.isParam() || name.find("ready") != std::string::npos) continue;
+      const size_t at = name.find("_valid");
       if (at == std::string::npos) {
-        if (valid.find("ready") == std::string::npos) {
-          std::fprintf(stderr, "%s.%s = %d\n", scope_name, var_name, int(*static_cast<const CData*>(var.datap())));
-        }
+        std::fprintf(stderr, "%s.%s = %d\n", scope_name, var_name, value);
         continue;
       }
-      // The other end of the wire: x_valid and x_ready, x_valid_i and x_ready_o, x_valid_o and x_ready_i.
-      std::string ready = valid;
-      ready.replace(at, 5, "ready");
-      if (ready.ends_with("_i")) ready.back() = 'o';
-      else if (ready.ends_with("_o")) ready.back() = 'i';
-      const auto other = scope->varsp()->find(ready.c_str());
-      const bool paired = other != scope->varsp()->end();
-      const bool is_ready = paired && *static_cast<const CData*>(other->second.datap()) != 0;
-      const char* state = !is_valid ? "has nothing to give" : !paired ? "valid" : is_ready ? "moves" : "WAITS for ready";
-      std::fprintf(stderr, "%s.%.*s: %s\n", scope_name, int(at), var_name, state);
+      const std::string wire = name.substr(0, at);
+      const int ready = value_of(wire + "_ready" + name.substr(at + 6));
+      if (value == 0) std::fprintf(stderr, "%s.%s: nothing to give\n", scope_name, wire.c_str());
+      else if (ready < 0) std::fprintf(stderr, "%s.%s: valid %d\n", scope_name, wire.c_str(), value);
+      else if (value & ~ready) std::fprintf(stderr, "%s.%s: WAITS, valid %d but ready %d\n", scope_name, wire.c_str(), value, ready);
+      else std::fprintf(stderr, "%s.%s: moves\n", scope_name, wire.c_str());
     }
   }
 }
@@ -326,8 +326,9 @@ void Simulation::run() {
   for (const reg::Name& r : reg::NAMES) {
     if (r.offset >= reg::FIRST_COUNTER) counters_[r.offset] = read_register(r.offset);
   }
-  const uint32_t status = read_register(reg::STATUS), code = read_register(reg::ERROR);
-  const uint32_t addr = read_register(reg::ERROR_ADDR);
+  const uint32_t status = read_register(reg::STATUS);
+  const uint32_t code = error_code_ = read_register(reg::ERROR);
+  const uint32_t addr = error_addr_ = read_register(reg::ERROR_ADDR);
   if (!memory_->idle()) throw Failure(VIOLATION, "done, but memory accesses are outstanding");
   if (status & 4) {
     static const char* const CAUSE[] = {
@@ -363,6 +364,7 @@ void Simulation::write_stats() {
   }
   std::fprintf(f, "},\n  \"axi\": {\"read_bursts\": %" PRIu64 ", \"read_beats\": %" PRIu64 ", \"write_bursts\": %" PRIu64 ", \"write_beats\": %" PRIu64 "},\n",
                c.read_bursts, c.read_beats, c.write_bursts, c.write_beats);
+  std::fprintf(f, "  \"error\": {\"code\": %u, \"addr\": %u},\n", error_code_, error_addr_);
   std::fprintf(f, "  \"rays\": {\"primary\": %" PRIu64 ", \"shadow\": %" PRIu64 "},\n", primary_, shadow_);
   std::fprintf(f, "  \"sim\": {\"cycles\": %" PRIu64 ", \"seconds\": %.3f, \"cycles_per_second\": %.0f},\n", cycle_, seconds, double(cycle_) / seconds);
   std::fprintf(f, "  \"memory\": {\"bits\": %u, \"latency\": %u, \"outstanding\": %u, \"backpressure\": %g, \"seed\": %" PRIu64 "}\n}\n",

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+"""Runs frames on the Verilated RTL: builds the C++ harness of sim/ when needed, hands it a memory image and
+register values, and reads back frame buffer, hit records and counters (docs/simulation.md)."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from raycore import regs as registers
+from raycore.errors import OptionError, SimError
+from raycore.tbutil import build_verilated
+from raycore.toolchain import BUILD, REPO
+
+MEM_WIDTHS = (64, 128, 256)
+
+# One finished ray, as sim/rc_sim.cpp writes it; t, beta and gamma are FP24 bit patterns.
+HIT_DTYPE = np.dtype([
+    ("x", "<u2"), ("y", "<u2"), ("any_hit", "u1"), ("light", "u1"), ("hit", "u1"), ("zero", "u1"),
+    ("tri", "<u4"), ("t", "<u4"), ("beta", "<u4"), ("gamma", "<u4")])
+
+_EXIT_FRAME_ERROR = 2
+
+
+class FrameError(SimError):
+    """The frame ended with STATUS.error. `code` and `addr` are ERROR and ERROR_ADDR, `stats` the counters."""
+
+    def __init__(self, message: str, code: int, addr: int, stats: dict):
+        super().__init__(message)
+        self.code, self.addr, self.stats = code, addr, stats
+
+
+@dataclass(frozen=True)
+class Memory:
+    """External memory of a simulation: the default is that of all published figures."""
+
+    width: int = 64            # bits of the bus
+    latency: int = 60          # cycles from address to first data
+    outstanding: int = 16      # bursts accepted and not yet answered
+    backpressure: float = 0.0  # probability that a channel pauses for a cycle
+    seed: int = 1              # of the pauses
+
+    def __post_init__(self):
+        if self.width not in MEM_WIDTHS:
+            raise OptionError(f"memory width must be one of {', '.join(map(str, MEM_WIDTHS))} bits, is {self.width}")
+        if not 1 <= self.latency <= 1_000_000:
+            raise OptionError(f"memory latency must be 1 to 1000000 cycles, is {self.latency}")
+        if self.outstanding < 1:
+            raise OptionError(f"outstanding bursts must be at least 1, is {self.outstanding}")
+        if not 0.0 <= self.backpressure < 1.0:
+            raise OptionError(f"back-pressure must be at least 0 and below 1, is {self.backpressure}")
+        if self.seed < 0:
+            raise OptionError(f"seed must not be negative, is {self.seed}")
+
+
+@dataclass
+class SimResult:
+    """What a frame left behind."""
+
+    frame: np.ndarray          # (height, width) uint32, pixels as in memory, see FB_FORMAT
+    hits: np.ndarray           # (rays,) HIT_DTYPE in the order in which the rays finished; empty if not asked for
+    stats: dict = field(default_factory=dict)  # counters, bytes, axi, rays, sim, memory, error: see docs/simulation.md
+
+
+def rtl_sources(file_list: Path = REPO / "rtl/rc.f") -> list[Path]:
+    """RTL files of a file list, in order. Raises: SimError if one does not exist."""
+    names = [line.split("//")[0].strip() for line in file_list.read_text().splitlines()]
+    paths = [file_list.parent / name for name in names if name]
+    for path in paths:
+        if not path.is_file():
+            raise SimError(f"{file_list.name} names {path.name}, which does not exist")
+    return paths
+
+
+def build(*, mem_width: int = 64, waves: bool = False, sources: Sequence[Path] | None = None) -> Path:
+    """The harness's executable, made if a source has changed (about a minute, seconds from ccache).
+
+    Args: mem_width, bits of the memory bus; waves: with FST tracing, which runs several times slower;
+        sources: RTL to use instead of rtl/rc.f.
+    Raises: ToolchainError if the build fails.
+    """
+    sim = REPO / "sim"
+    files = [*sorted((REPO / "lint").glob("*.vlt")), sim / "watch.vlt", *(sources or rtl_sources()), sim / "rc_sim_top.sv"]
+    return build_verilated(
+        "rc_sim_top", files, [sim / "rc_sim.cpp", sim / "axi_memory.cpp", sim / "options.cpp"], includes=[sim],
+        parameters={"DataW": mem_width}, build_args=["-O3", "--x-assign", "fast", "--x-initial", "fast"], trace=waves)
+
+
+def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memory: Memory = Memory(), hits: bool = False,
+              waves: Path | None = None, waves_from: int = 0, waves_cycles: int | None = None,
+              faults: Iterable[tuple[str, int]] = (), max_cycles: int | None = None, watchdog: int | None = None,
+              progress: bool | None = None, sources: Sequence[Path] | None = None) -> SimResult:
+    """Run one frame.
+
+    Args:
+        image: memory from address 0, a file or its bytes; regs: value of each set-up register by name (raycore.regs).
+        hits: record every finished ray; waves: FST file to write, from cycle waves_from for waves_cycles.
+        faults: errors of the memory, such as ("slverr-at", 3): see docs/simulation.md.
+        max_cycles, watchdog: give up after so many cycles, or so many in which nothing happens.
+        progress: show a progress line (default: if stderr is a terminal); sources: as in build.
+    Raises: FrameError if the frame ends with STATUS.error; OptionError for registers that do not exist or paths that
+        cannot be written; SimError if the RTL hangs, breaks a rule of AXI or leaves its regions, or an assertion fails;
+        ToolchainError if the harness cannot be built.
+    """
+    for name, value in regs.items():
+        if name not in registers.OFFSETS:
+            raise OptionError(f"no register {name}")
+        if not 0 <= int(value) < 1 << 32:
+            raise OptionError(f"register {name}: {value} does not fit in 32 bits")
+    exe = build(mem_width=memory.width, waves=waves is not None, sources=sources)
+    show = sys.stderr.isatty() if progress is None else progress
+    with tempfile.TemporaryDirectory(prefix="raycore-") as folder:
+        work = Path(folder)
+        if not isinstance(image, Path):
+            (work / "image.bin").write_bytes(bytes(image))
+            image = work / "image.bin"
+        (work / "regs.txt").write_text("".join(f"{name} {int(value):#x}\n" for name, value in regs.items()))
+        options = {
+            "image": image, "regs": work / "regs.txt", "fb": work / "fb.bin", "stats": work / "stats.json",
+            "mem-latency": memory.latency, "mem-outstanding": memory.outstanding, "backpressure": memory.backpressure,
+            "seed": memory.seed, "max-cycles": max_cycles, "watchdog": watchdog}
+        if hits:
+            options["hits"] = work / "hits.bin"
+        if waves is not None:
+            options |= {"waves": Path(waves).resolve(), "waves-from": waves_from, "waves-cycles": waves_cycles}
+        args = [f"--{k} {v}".split(" ", 1) for k, v in [*options.items(), *faults] if v is not None]
+        code, log = _run([str(exe), *(a for pair in args for a in pair), *(["--progress"] if show else []), *_coverage()])
+        stats = json.loads((work / "stats.json").read_text() or "{}") if (work / "stats.json").is_file() else {}
+        if code != 0:
+            _fail(code, log, stats)
+        return SimResult(_frame(work / "fb.bin", regs), _hits(work / "hits.bin"), stats)
+
+
+def _frame(path: Path, regs: Mapping[str, int]) -> np.ndarray:
+    size = registers.unpack("SIZE", int(regs["SIZE"]))
+    rows = np.fromfile(path, dtype="<u4")
+    pitch = (int(regs["FB_STRIDE"]) & ~31) // 4
+    return rows[:pitch * size["height"]].reshape(size["height"], pitch)[:, :size["width"]].copy()
+
+
+def _hits(path: Path) -> np.ndarray:
+    return np.fromfile(path, dtype=HIT_DTYPE) if path.is_file() else np.empty(0, HIT_DTYPE)
+
+
+def _coverage() -> list[str]:
+    """Where a build with coverage leaves its counts; coverage reports collect them from there."""
+    if os.environ.get("RAYCORE_COVERAGE", "0") in ("", "0"):
+        return []
+    folder = BUILD / "coverage"
+    folder.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix="rc_sim-", suffix=".dat", dir=folder)
+    os.close(handle)
+    return [f"+verilator+coverage+file+{name}"]
+
+
+def _run(cmd: list[str]) -> tuple[int, str]:
+    """Run the harness; its progress line goes to stderr as it comes, the rest is returned with the exit code."""
+    log = ""
+    with subprocess.Popen(cmd, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as process:
+        try:
+            while chunk := os.read(process.stdout.fileno(), 65536):
+                text = chunk.decode(errors="replace")
+                for line in re.findall(r"\r[^\r\n]*\n?", text):
+                    print(line, end="", file=sys.stderr, flush=True)
+                log += re.sub(r"\r[^\r\n]*\n?", "", text)
+        except BaseException:
+            process.kill()
+            raise
+    return process.returncode, log
+
+
+def _fail(code: int, log: str, stats: dict) -> None:
+    """Raise what the harness said."""
+    said = [line.removeprefix("rc_sim: ") for line in log.splitlines() if line.startswith("rc_sim: ")]
+    message = said[-1] if said else f"the simulator died (exit code {code})"
+    if code == _EXIT_FRAME_ERROR:
+        raise FrameError(message, stats["error"]["code"], stats["error"]["addr"], stats)
+    if len(log.splitlines()) > 1:    # what every unit waits for, or a failed assertion
+        kept = BUILD / "sim-failure.log"
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        kept.write_text(log)
+        message += f" (details in {os.path.relpath(kept)})"
+    raise SimError(message)

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+"""Frames through rc_top in the C++ harness, with a stand-in for the ray-tracing unit: frame control, loader, memory
+ports, counters, every way a frame can end, and the harness's own checks."""
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+from standin import scene, sources
+
+from raycore.errors import OptionError, SimError
+from raycore.sim import FrameError, Memory, run_frame
+
+ERR_NODE, ERR_SLVERR, ERR_DECERR, ERR_WINDOW, ERR_CONFIG = 1, 6, 7, 8, 10
+RTL = sources()
+
+
+def run(made, **options):
+    return run_frame(bytes(made.image), made.regs, sources=RTL, progress=False, **options)
+
+
+@pytest.mark.parametrize("latency, pauses", [(60, 0.0), (1, 0.0), (400, 0.0), (7, 0.5), (60, 0.9)])
+def test_frame(seed, latency, pauses):
+    """Every pixel, every hit record and the counters, whatever the memory does."""
+    made = scene(seed)
+    result = run(made, hits=True, memory=Memory(latency=latency, backpressure=pauses, seed=seed))
+    np.testing.assert_array_equal(result.frame, made.expected())
+    blocks = 6 * 4
+    assert len(result.hits) == blocks * 64
+    assert {(h["x"], h["y"]) for h in result.hits} == {(x, y) for x in range(48) for y in range(32)}
+    assert all(h["tri"] == (h["y"] % 8 * 8 + h["x"] % 8) and h["hit"] == 1 and h["t"] == 0x3F0000 for h in result.hits)
+    count, size = result.stats["counters"], result.stats["bytes"]
+    assert count["RAYS_PRIMARY"] == result.stats["rays"]["primary"] == blocks * 64
+    assert count["SLOTS_TRAV2"] == 2 * blocks * 64
+    assert (count["LINES_TNI"], count["LINES_TRI"], count["LINES_LOADER"]) == (blocks, blocks, 8)
+    assert (size["nodes"], size["info"], size["lights"], size["materials"]) == (blocks * 64, blocks * 64, 192, 320)
+    assert count["FB_ROWS"] == 6 * 27 and size["frame"] == 32 * 6 * 27   # rows below the picture are not sent
+    assert count["RAYS_IN_FLIGHT"] == blocks * 64 // 16                     # one cycle each
+    assert (count["RD_STALL"] > 0) == (pauses > 0)
+    assert 0 <= result.stats["sim"]["cycles"] - count["CYCLES"] < 1000      # the rest is the host at the registers
+
+
+@pytest.mark.parametrize("width, height", [(1, 1), (8, 8), (17, 1), (3, 40)])
+def test_size(seed, width, height):
+    made = scene(seed, width, height, lights=0, materials=1)
+    np.testing.assert_array_equal(run(made).frame, made.expected())
+
+
+def test_bus_width(seed):
+    mem_width = 256
+    made = scene(seed)
+    result = run(made, memory=Memory(width=mem_width, backpressure=0.2, seed=seed))
+    np.testing.assert_array_equal(result.frame, made.expected())
+    assert result.stats["axi"]["read_beats"] == result.stats["counters"]["LINES_LOADER"] * 512 // mem_width \
+        + 48 * 512 // mem_width
+
+
+def test_full_tables(seed):
+    """As many lights and materials as there may be."""
+    made = scene(seed, lights=16, materials=256)
+    made.regs["MAT_BASE"] = 0x4000
+    made.regs["INFO_BASE"] = 0x3000
+    np.testing.assert_array_equal(run(made).frame, made.expected())
+
+
+@pytest.mark.parametrize("register, value, blamed", [
+    ("SIZE", 27 << 16, 0x20), ("SIZE", 45, 0x20), ("FB_STRIDE", 160, 0x28), ("NODE_COUNT", 0, 0x54),
+    ("NODE_ROOT", 64, 0x58), ("MAT_COUNT", 0, 0x74), ("MAT_COUNT", 257, 0x74), ("LIGHT_COUNT", 17, 0x7C),
+    ("NODE_BASE", 0xFFFFFE40, 0x50), ("LIST_BASE", 0xFFFFFE80, 0x5C), ("ACCEL_BASE", 0xFFFFFF80, 0x64),
+    ("INFO_BASE", 0xFFFFFF00, 0x6C), ("MAT_BASE", 0xFFFFFF00, 0x70), ("LIGHT_BASE", 0xFFFFFF80, 0x78)])
+def test_bad_setup(seed, register, value, blamed):
+    """Registers that make no sense: nothing is read or written, the register is named."""
+    made = scene(seed)
+    made.regs[register] = value
+    with pytest.raises(FrameError, match=f"make no sense \\(register 0x{blamed:03x}\\)") as info:
+        run(made)
+    assert (info.value.code, info.value.addr) == (ERR_CONFIG, blamed)
+    assert info.value.stats["axi"] == {"read_bursts": 0, "read_beats": 0, "write_bursts": 0, "write_beats": 0}
+
+
+@pytest.mark.parametrize("register, value", [
+    ("NODE_BASE", 0xFFFFFE00), ("LIST_BASE", 0xFFFFFE40), ("ACCEL_BASE", 0xFFFFFF40)])
+def test_region_may_end_with_memory(seed, register, value):
+    """A region up to the last byte of 4 GB is one line away from an error."""
+    made = scene(seed)
+    made.regs[register] = value
+    run(made)
+
+
+def test_error_of_the_unit(seed):
+    """The unit's error ends the frame; what the ports had begun is finished."""
+    made = scene(seed)
+    made.command(3, 1, 0x123456)
+    with pytest.raises(FrameError, match="node index 1193046 outside") as info:
+        run(made, memory=Memory(backpressure=0.3, seed=seed))
+    assert (info.value.code, info.value.addr) == (ERR_NODE, 0x123456)
+
+
+def test_address_outside(seed):
+    """A request outside every window is not sent and ends the frame."""
+    made = scene(seed)
+    made.command(2, 2)
+    with pytest.raises(FrameError) as info:
+        run(made)
+    assert (info.value.code, info.value.addr) == (ERR_WINDOW, 0xFFFFFFC0)
+
+
+@pytest.mark.parametrize("kind, code", [("slverr", ERR_SLVERR), ("decerr", ERR_DECERR)])
+def test_memory_error(seed, kind, code):
+    """An error in any burst, of loader, unit or rows, ends the frame."""
+    pick = random.Random(seed)
+    made = scene(seed)
+    memory = Memory(latency=pick.randint(1, 100), backpressure=pick.choice([0.0, 0.4]), seed=seed)
+    for burst in [1, 8, 9, *pick.sample(range(10, 57), 2)]:
+        with pytest.raises(FrameError) as info:
+            run(made, memory=memory, faults=[(f"{kind}-at", burst)])
+        assert info.value.code == code, burst
+    with pytest.raises(FrameError) as info:
+        run(made, memory=memory, faults=[(f"{kind}-addr", 0x4040)])
+    assert (info.value.code, info.value.addr) == (code, 0x4040)
+    for burst in [1, 6 * 27]:                                    # the last one answers when all else is done
+        with pytest.raises(FrameError) as info:
+            run(made, memory=memory, faults=[(f"{kind}-write-at", burst)])
+        assert info.value.code == code, burst
+        assert info.value.addr >= made.regs["FB_BASE"]
+
+
+def test_watchdog(seed):
+    """A unit that hangs is reported with what waits for what."""
+    made = scene(seed)
+    made.command(5, 3)
+    with pytest.raises(SimError, match=r"nothing happened for 500 cycles.*details in (\S+)\)") as info:
+        run(made, watchdog=500)
+    log = Path(str(info.value).rsplit("details in ", 1)[1].rstrip(")")).read_text()
+    assert "u_core.blk: WAITS, valid 1 but ready 0" in log
+    assert "u_core.u_ctrl.state_q = 3" in log                    # TRACE
+    with pytest.raises(SimError, match=r"not done after 300 cycles"):
+        run(made, max_cycles=300)
+
+
+def test_waves(seed, tmp_path):
+    made = scene(seed, 16, 8)
+    result = run(made, waves=tmp_path / "w.fst", waves_from=200, waves_cycles=100)
+    np.testing.assert_array_equal(result.frame, made.expected())
+    assert (tmp_path / "w.fst").stat().st_size > 1000
+
+
+def test_usage(seed, tmp_path):
+    made = scene(seed)
+    made.regs["NODE_COUNTS"] = 1
+    with pytest.raises(OptionError, match="no register NODE_COUNTS"):
+        run(made)
+    made = scene(seed)
+    with pytest.raises(SimError, match="cannot be written|No such file"):
+        run(made, waves=tmp_path / "no" / "w.fst")
+    with pytest.raises(OptionError, match="memory width"):
+        Memory(width=32)

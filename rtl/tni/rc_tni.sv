@@ -51,8 +51,9 @@ module rc_tni import rc_pkg::*; #(
   rc_rr_arb #(.NumReq(NumPipes)) u_out (
     .clk_i, .rst_ni, .req_i(out_valid), .ready_i(skid_ready), .gnt_o(out_gnt), .idx_o(out_idx));
   assign out_ready = skid_ready ? out_gnt : '0;
+  // Offered only when there is room: until it is taken, the grant may still go to another pipeline.
   rc_skid #(.data_t(hit_t)) u_skid (
-    .clk_i, .rst_ni, .in_valid_i(out_valid != '0), .in_ready_o(skid_ready), .in_data_i(out[out_idx]),
+    .clk_i, .rst_ni, .in_valid_i(out_valid != '0 && skid_ready), .in_ready_o(skid_ready), .in_data_i(out[out_idx]),
     .out_valid_o, .out_ready_i, .out_data_o(out_o));
 
   // ---- pipelines ---------------------------------------------------------------------------------------------

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+"""rc_tni against raycore.model.tracer: every hit bit for bit, every slot accounted for, whatever the memory does."""
+
+import os
+import random
+
+import cocotb
+import pytest
+from cocotb.clock import Clock
+from cocotb.triggers import ClockCycles, RisingEdge
+
+from raycore import kdtree
+from raycore.tbutil import rtl, run_cocotb
+from tni_bench import Bench, ray_word, soup
+
+SOURCES = [
+    "prim/rc_delay.sv", "prim/rc_fifo.sv", "prim/rc_idx_pool.sv", "prim/rc_ram_1r1w.sv", "prim/rc_rr_arb.sv",
+    "prim/rc_skid.sv", "fp/rc_fp_pipe.sv", "fp/rc_fp_norm.sv", "fp/rc_fp_round.sv", "fp/rc_fp_add.sv",
+    "fp/rc_fp_add3.sv", "fp/rc_fp_mul.sv", "fp/rc_fp_cmp.sv", "fp/rc_fp_div.sv", "mem/rc_l1_pend.sv", "mem/rc_l1.sv",
+    "mem/rc_l2_mshr.sv", "mem/rc_l2_victim.sv", "mem/rc_l2.sv", "tni/rc_tni_pkg.sv", "tni/rc_tni_step.sv",
+    "tni/rc_tni_front.sv", "tni/rc_tni_back.sv", "tni/rc_tni_stack.sv", "tni/rc_tni_rays.sv", "tni/rc_tni_pipe.sv",
+    "tni/rc_tni.sv",
+]  # fmt: skip
+EVENTS = ["ray_out", "ray_in", "list_hit", "nt_hit", "bubble", "miss_list", "miss_nt", "isect", "trav2", "trav1", "box"]
+
+
+async def start(dut, bench, max_slots=0xFFFF):
+    Clock(dut.clk_i, 10, unit="ns").start()
+    dut.rst_ni.value = 0
+    for port in (dut.in_valid_i, dut.out_ready_i, dut.rsp_valid_i, dut.req_ready_i):
+        port.value = 0
+    dut.cfg_i.value = bench.cfg(max_slots)
+    await ClockCycles(dut.clk_i, 3)
+    dut.rst_ni.value = 1
+
+
+async def memory(dut, line, latency, p_ready):
+    """Answer lines in order after `latency(i)` cycles, one a cycle at most."""
+    cycle, queue = 0, []
+    ready = False
+    while True:
+        await RisingEdge(dut.clk_i)
+        cycle += 1
+        if ready and dut.req_valid_o.value:
+            queue.append((cycle + latency(), int(dut.req_addr_o.value)))
+        dut.rsp_valid_i.value = 0
+        if queue and queue[0][0] <= cycle:
+            dut.rsp_valid_i.value, dut.rsp_line_i.value = 1, line(queue.pop(0)[1])
+        ready = random.random() < p_ready
+        dut.req_ready_i.value = ready
+
+
+async def count_events(dut, totals):
+    while True:
+        await RisingEdge(dut.clk_i)
+        word = int(dut.ev_o.value)
+        for p in range(4):
+            for i, name in enumerate(EVENTS):
+                totals[name] = totals.get(name, 0) + (word >> (11 * p + i) & 1)
+
+
+async def trace(dut, rays, p_valid=1.0, p_ready=1.0, limit=400_000):
+    """Send every ray, at most 256 in flight; returns hit words without the id, by ray, and the cycles it took."""
+    hits, owner, free, sent, cycle = {}, {}, list(range(256)), 0, 0
+    valid = ready = False
+    while len(hits) < len(rays):
+        await RisingEdge(dut.clk_i)
+        cycle += 1
+        assert cycle < limit, f"{len(rays) - len(hits)} of {len(rays)} rays never came back"
+        assert not dut.err_valid_o.value, f"error {int(dut.err_o.value):09x}"
+        if valid and dut.in_ready_o.value:
+            sent, valid = sent + 1, False
+        if ready and dut.out_valid_o.value:
+            word = int(dut.out_o.value)
+            ident = word >> 98
+            hits[owner.pop(ident)] = word & ((1 << 98) - 1)
+            free.append(ident)
+        if not valid and sent < len(rays) and free and random.random() < p_valid:
+            ident = free.pop(random.randrange(len(free)))
+            owner[ident] = sent
+            dut.in_i.value, valid = ray_word(ident, rays[sent]), True
+        dut.in_valid_i.value = valid
+        ready = random.random() < p_ready
+        dut.out_ready_i.value = ready
+    dut.in_valid_i.value = 0
+    return [hits[i] for i in range(len(rays))], cycle
+
+
+@cocotb.test()
+async def random_rays(dut):
+    """Rays of every kind through a soup of triangles: hits and slots equal the model's."""
+    seed, count = int(os.environ["RAYCORE_SEED"]), int(os.environ.get("TNI_RAYS", "1500"))
+    for size, triangles, latency, p_ready in [(0.15, 400, lambda: 60, 1.0), (0.02, 3000, lambda: random.randint(1, 400), 0.5),
+                                              (0.6, 60, lambda: 1, 0.9)]:  # fmt: skip
+        bench = Bench(soup(triangles, size, seed), kdtree.Params(max_leaf=random.choice([1, 2, 4])))
+        rays = bench.random_rays(count)
+        want, slots = bench.expect(rays)
+        await start(dut, bench)
+        tasks = [cocotb.start_soon(memory(dut, bench.line, latency, p_ready)), cocotb.start_soon(count_events(dut, got := {}))]
+        hits, cycles = await trace(dut, rays, p_valid=random.choice([0.3, 1.0]), p_ready=p_ready)
+        await ClockCycles(dut.clk_i, 5)
+        for task in tasks:
+            task.cancel()
+        wrong = [i for i in range(count) if hits[i] != want[i]]
+        assert not wrong, f"{len(wrong)} of {count} rays differ, first {wrong[0]}: {rays[wrong[0]]}\n" \
+                          f"got  {hits[wrong[0]]:025x}\nwant {want[wrong[0]]:025x}"  # fmt: skip
+        total = dict(zip(("box", "trav1", "trav2", "isect"), slots.sum(0).tolist(), strict=True))
+        assert {k: got[k] for k in total} == total
+        assert got["ray_in"] == got["ray_out"] == count
+        cocotb.log.info("%d triangles: %d cycles, %.1f slots a ray, %d lost to misses", triangles, cycles,
+                        sum(total.values()) / count, got["miss_nt"] + got["miss_list"])  # fmt: skip
+
+
+@cocotb.test()
+async def bad_memory(dut):
+    """Bad indices are reported with their cause, and never asked for."""
+    bench = Bench(soup(300, 0.2, 7))
+    rays = bench.random_rays(40)
+    inner = [i for i, n in enumerate(bench.tree.nodes) if int(n) >> 24 & 3 != 3]
+    for what, code in [("node", 1), ("list", 2), ("tri", 3), ("loop", 5)]:
+        saved = {k: list(v) for k, v in bench.lines.items()}
+        for line, words in bench.lines.items():
+            for i in range(8):
+                if what == "tri" and 0x4000 <= line < 0x8000:
+                    words[i] |= 0x0FFFFFF0 << 32 & 0xFFFFFF << 32 | 0xFFFFF0
+                if line < 0x4000 and words[i] >> 24 & 3 == 3 and what == "list":
+                    words[i] = words[i] & ~(0xFFFFFF << 29 | 0xFFFFF) | 0xFFFFF0 << 29 | 2
+                if line < 0x4000 and words[i] >> 24 & 3 != 3 and what in ("node", "loop"):
+                    far = 0xFFFFF0 if what == "node" else bench.tree.root
+                    words[i] = words[i] & ~(0xFFFFFF << 29 | 3 << 27) | far << 29
+        await start(dut, bench, max_slots=2000)
+        task = cocotb.start_soon(memory(dut, bench.line, lambda: 20, 1.0))
+        dut.out_ready_i.value = 1
+        for cycle in range(120_000):
+            await RisingEdge(dut.clk_i)
+            dut.in_valid_i.value = 1
+            dut.in_i.value = ray_word(cycle % 256, rays[cycle % len(rays)])
+            if dut.err_valid_o.value:
+                break
+        assert dut.err_valid_o.value, f"{what}: no error"
+        got = int(dut.err_o.value) >> 32
+        assert got == code or (what == "loop" and got in (4, 5)), f"{what}: code {got}"
+        task.cancel()
+        dut.in_valid_i.value = 0
+        bench.lines = saved
+    assert inner
+
+
+@pytest.mark.parametrize("parameters", [{}, {"NtSets": 2, "ListSets": 2, "L2Sets": 2}], ids=["default", "tiny_caches"])
+def test_rc_tni(parameters):
+    run_cocotb("rc_tni", rtl(*SOURCES), "test_rc_tni", parameters=parameters,
+               env={"TNI_RAYS": "1500" if not parameters else "500"})  # fmt: skip

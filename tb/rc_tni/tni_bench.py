@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+"""What the T&I tests share: a small scene in memory, rays of every kind, packed structs, a memory that answers lines."""
+
+import random
+
+import numpy as np
+
+from raycore import kdtree, triaccel
+from raycore.model import fp24, rgen, tracer
+
+NODE_BASE, LIST_BASE, ACCEL_BASE = 0x40, 0x4000, 0x8000  # line addresses
+LINE_WORDS = 8
+WORD_MASK = (1 << 60) - 1
+
+
+class Bench:
+    """A scene's tree as memory lines, as `tree_cfg_t` and as the model's arrays."""
+
+    def __init__(self, triangles, params=None):
+        self.triangles = fp24.round_to_fp24(np.asarray(triangles, dtype=np.float64))
+        dropped = ~triaccel.has_area(self.triangles)
+        self.tree = kdtree.build(self.triangles, dropped, params)
+        records = triaccel.pack(triaccel.records(self.triangles, dropped), np.zeros(len(triangles), dtype=np.int64))
+        grow = np.array([[-(2.0**-10)] * 3, [2.0**-10] * 3])
+        self.box = fp24.round_to_fp24(self.tree.bounds + grow)
+        self.arrays = tracer.decode(self.tree.nodes, self.tree.lists, records, self.box, self.tree.root)
+        self.lines = {}
+        self._store(NODE_BASE, self.tree.nodes)
+        lists = np.concatenate([self.tree.lists, np.zeros(len(self.tree.lists) % 2, dtype=np.uint32)])
+        self._store(LIST_BASE, lists.view(np.uint64))
+        self._store(ACCEL_BASE, records.reshape(-1))
+
+    def _store(self, base, words):
+        for i, word in enumerate(words):
+            line = self.lines.setdefault(base + i // LINE_WORDS, [0] * LINE_WORDS)
+            line[i % LINE_WORDS] = int(word) & WORD_MASK
+
+    def line(self, addr):
+        """`line_t` at a line address; KeyError outside the regions: the unit must not ask for it."""
+        return sum(w << (60 * i) for i, w in enumerate(self.lines[addr]))
+
+    def cfg(self, max_slots=0xFFFF):
+        """`tree_cfg_t`."""
+        return pack(
+            (NODE_BASE, 26), (len(self.tree.nodes), 24), (self.tree.root, 24), (LIST_BASE, 26), (len(self.tree.lists), 24),
+            (ACCEL_BASE, 26), (len(self.triangles), 24), (vec3(self.box[0]), 72), (vec3(self.box[1]), 72), (max_slots, 16),
+        )  # fmt: skip
+
+    def random_rays(self, count):
+        """Rays inside and outside the box, axis-parallel, in split planes, towards vertices; shadow rays among them."""
+        lo, hi = self.box
+        planes = self.arrays.split[(self.arrays.meta & 3) != 3]
+        rays = []
+        for _ in range(count):
+            org = np.array([random.uniform(lo[i] - 0.3, hi[i] + 0.3) for i in range(3)])
+            aim = self.triangles[random.randrange(len(self.triangles))]
+            weights = np.array([random.random() for _ in range(3)])
+            kind = random.randrange(8)
+            target = aim[random.randrange(3)] if kind == 0 else (weights[:, None] * aim).sum(0) / weights.sum()
+            direction = target - org
+            if kind == 1:  # parallel to one or two axes
+                for i in random.sample(range(3), random.randint(1, 2)):
+                    direction[i] = random.choice([0.0, -0.0])
+            if kind == 2 and len(planes):  # in or from a split plane
+                axis = random.randrange(3)
+                org[axis] = random.choice(planes)
+                direction[axis] = random.choice([0.0, direction[axis]])
+            if kind == 3:
+                direction = np.array([random.uniform(-1, 1) for _ in range(3)])
+            length = np.linalg.norm(direction)
+            direction = direction / length if length > 0 else np.array([1.0, 0.0, 0.0])
+            shadow = random.random() < 0.4
+            rays.append({
+                "org": fp24.round_to_fp24(org), "dir": fp24.round_to_fp24(direction),
+                "t_max": float(fp24.round_to_fp24(length * random.choice([0.5, 1.0, 2.0]))) if shadow else tracer.HUGE,
+                "skip": random.randrange(len(self.triangles)) if random.random() < 0.3 else tracer.TRI_NONE,
+                "any_hit": shadow,
+            })  # fmt: skip
+            rays[-1]["inv_dir"] = np.array([rgen.inverse(d) for d in rays[-1]["dir"]])
+        return rays
+
+    def expect(self, rays):
+        """(hit_t without the id for every ray, slots (n, 4)) from the model."""
+        stack = {k: np.array([r[k] for r in rays]) for k in ("org", "dir", "inv_dir", "t_max", "skip", "any_hit")}
+        tri, t, beta, gamma, slots = tracer.trace_rays(
+            self.arrays, stack["org"], stack["dir"], stack["inv_dir"], stack["t_max"], stack["skip"], stack["any_hit"]
+        )
+        t, beta, gamma = fp24.to_bits(t), fp24.to_bits(beta), fp24.to_bits(gamma)
+        hits = []
+        for i, ray in enumerate(rays):
+            hit = tri[i] != tracer.TRI_NONE
+            hits.append(pack((int(ray["any_hit"]), 1), (int(hit), 1), (int(tri[i]), 24), (int(t[i]), 24), (int(beta[i]), 24),
+                             (int(gamma[i]), 24)))  # fmt: skip
+        return hits, slots
+
+
+def pack(*fields):
+    """Packed struct from (value, width), the first field highest."""
+    word = 0
+    for value, width in fields:
+        assert 0 <= value < 1 << width, (value, width)
+        word = word << width | value
+    return word
+
+
+def vec3(v):
+    """`vec3_t` from three FP24 values."""
+    bits = fp24.to_bits(np.asarray(v, dtype=np.float64))
+    return int(bits[0]) | int(bits[1]) << 24 | int(bits[2]) << 48
+
+
+def ray_word(ident, ray):
+    """`ray_t`."""
+    return pack(
+        (ident, 8), (int(ray["any_hit"]), 1), (int(ray["skip"]), 24), (int(fp24.to_bits(np.array([ray["t_max"]]))[0]), 24),
+        (vec3(ray["inv_dir"]), 72), (vec3(ray["dir"]), 72), (vec3(ray["org"]), 72),
+    )  # fmt: skip
+
+
+def soup(count, size, seed):
+    """`count` random triangles of about `size` in [-1, 1], some flat, some along the axes, some without area, some twice."""
+    rng = np.random.default_rng(seed)
+    centre = rng.uniform(-0.9, 0.9, (count, 1, 3))
+    tri = np.clip(centre + rng.normal(0, size, (count, 3, 3)), -1, 1)
+    tri[::5, :, 1] = tri[::5, :1, 1]  # planes of one axis: flat cells, planar events
+    tri[::17, 2] = tri[::17, 1]  # no area
+    tri[1::23] = tri[::23][: len(tri[1::23])]  # duplicates
+    return tri

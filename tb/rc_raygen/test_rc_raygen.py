@@ -6,7 +6,6 @@ The unit is also built with other latencies of the functional units: results and
 """
 
 import random
-import re
 from dataclasses import dataclass, field
 
 import cocotb
@@ -16,7 +15,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge
 
 from raycore.model import fp24, rgen
-from raycore.tbutil import RTL, TB_BUILD, rtl, run_cocotb
+from raycore.tbutil import package_with_latencies, rtl, run_cocotb
 
 HUGE, NAN_BITS, TRI_NONE = 0x7D0000, fp24.NAN_BITS, (1 << 24) - 1
 CORNERS = [0x000000, 0x800000, 0x010000, 0x810000, 0x3F0000, 0xBF0000, 0x7EFFFF, 0xFEFFFF, 0x7F0000, 0xFF0000, NAN_BITS]
@@ -254,14 +253,8 @@ LATENCIES = {"paper": {}, "deep": dict(ADD=4, ADD3=5, MUL=3, CMP=2, DIV=9, SQRT=
 @pytest.mark.parametrize("latencies", LATENCIES)
 def test_rc_raygen(latencies):
     """The same tests on builds with other latencies."""
-    text = (RTL / "rc_pkg.sv").read_text()
-    for unit, cycles in LATENCIES[latencies].items():
-        text, n = re.subn(rf"(LAT_{unit} +)= \d+;", rf"\1= {cycles};", text)
-        assert n == 1, f"LAT_{unit} not found in rc_pkg.sv"
-    package = TB_BUILD / f"rc_raygen-{latencies}" / "rc_pkg.sv"
-    package.parent.mkdir(parents=True, exist_ok=True)
-    if not package.exists() or package.read_text() != text:
-        package.write_text(text)
+    package = package_with_latencies(**LATENCIES[latencies])
     prim = [f"prim/rc_{n}.sv" for n in ("delay", "ram_1r1w", "skid", "fifo")]
     units = [f"fp/rc_fp_{n}.sv" for n in ("pipe", "norm", "round", "from_int", "mul", "add3", "sqrt", "div")]
-    run_cocotb("rc_raygen", [package, *rtl(*prim, *units, "rgen/rc_raygen.sv", package=False)], "test_rc_raygen")
+    run_cocotb("rc_raygen", [package, *rtl(*prim, *units, "rgen/rc_raygen.sv", package=False)], "test_rc_raygen",
+               defines={"LATENCIES": latencies})

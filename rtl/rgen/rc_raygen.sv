@@ -100,8 +100,8 @@ module rc_raygen import rc_pkg::*; (
   assign sec_ready_o = beat_q == 2'd3 && ctx_in_ready;
   assign pri_ready_o = sec_ready_o && !sec_valid_i;
   assign accept      = sec_ready_o && (sec_valid_i || pri_valid_i);
-  assign ctx_in      = sec_valid_i ? '{id: sec_i.id, any_hit: 1'b1, skip: sec_i.skip, t_max: sec_i.t_max, org: sec_i.org}
-                                   : '{id: pri_i.id, any_hit: 1'b0, skip: TRI_NONE, t_max: FP_HUGE, org: cam_i.org};
+  assign ctx_in = sec_valid_i ? '{id: sec_i.id, any_hit: 1'b1, skip: sec_i.skip, t_max: sec_i.t_max, org: sec_i.org}
+                              : '{id: pri_i.id, any_hit: 1'b0, skip: TRI_NONE, t_max: FP_HUGE, org: cam_i.org};
   rc_fifo #(.data_t(ctx_t), .Depth(DEPTH)) u_ctx (
     .clk_i, .rst_ni,
     .in_valid_i(accept), .in_ready_o(ctx_in_ready), .in_data_i(ctx_in),

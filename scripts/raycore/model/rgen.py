@@ -100,7 +100,7 @@ def primary_rays(camera, width, height):
 
     Args: camera: `Camera` of FP24 values; width, height: pixels.
     Returns: dir, inv_dir: (height, width, 3) float64 of FP24 values. The origin is `camera.org`. The length of a
-        direction is 1 within 2^-15 (docs/raygen.md).
+        direction is 1 within 4.2 * 2^-17 (docs/raygen.md).
     """
     direction = np.empty((height, width, 3))
     inv_dir = np.empty_like(direction)

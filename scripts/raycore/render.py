@@ -95,7 +95,7 @@ def config(rendered, **more):
     view, geometry, memory = rendered.image.view, rendered.image.geometry, rendered.memory
     return {
         "scene": geometry.scene.name,
-        "triangles": len(geometry.accel),
+        "triangles": len(geometry.info),
         "size": [view.width, view.height],
         "camera": asdict(view.camera),
         "lights": [asdict(light) for light in view.lights],
@@ -105,6 +105,7 @@ def config(rendered, **more):
         "memory": asdict(memory),
         "seed": memory.seed,
         "tree": asdict(geometry.tree.params),
+        "edge_slack": rendered.image.slack,
         "caches": rtl_parameters(),
         "versions": {"raycore": __version__, "python": platform.python_version(), "numpy": np.__version__},
         **more,

@@ -67,12 +67,13 @@ def has_area(tri):
     return np.any(n != 0.0, axis=1) & np.isfinite(n).all(axis=1)
 
 
-def records(tri24, mask=None):
+def records(tri24, mask=None, slack=EDGE_SLACK):
     """TriAccel fields of triangles.
 
     Args:
         tri24: (N, 3, 3) float64, vertices that are FP24 numbers in [-1, 1].
         mask: (N,) bool, triangles that must never be hit (no area); found here too.
+        slack: distance by which edges are moved outwards.
     Returns: `TriAccel`. A record with a constant outside FP24 never hits either.
     """
     tri = np.asarray(tri24, dtype=np.float64)
@@ -100,7 +101,7 @@ def records(tri24, mask=None):
         a=np.stack((a[rows, u], a[rows, v], a[rows, k]), axis=1),
         b=fp24.round_to_fp24(b),
         g=fp24.round_to_fp24(g),
-        eps_code=encode_eps(np.where(dead, 0.0, EDGE_SLACK * slope)),
+        eps_code=encode_eps(np.where(dead, 0.0, slack * slope)),
     )
     dead |= ~(np.isfinite(out.b).all(axis=1) & np.isfinite(out.g).all(axis=1))
     out.k[dead] = NEVER_HITS

@@ -324,7 +324,7 @@ def test_clipping_against_rational_arithmetic():
             tri[:, i % 3] = tri[0, i % 3]  # parallel to a face
         a, b = fp(rng.uniform(tri.min(axis=0), tri.max(axis=0))), fp(rng.uniform(tri.min(axis=0), tri.max(axis=0)))
         lo, hi = np.minimum(a, b), np.maximum(a, b)
-        got = kdtree._clip(tri, lo, hi, kdtree._CLIP_SLACK, poly, out)
+        got = kdtree._clip(tri[None], 0, lo, hi, kdtree._CLIP_SLACK, poly, out)
         want = exact_clip(tri, lo, hi)
         if want is None:
             continue

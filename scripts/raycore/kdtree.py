@@ -109,8 +109,34 @@ def _grow(a, need):
     if a.size >= need:
         return a
     b = np.empty(max(need, 2 * a.size), a.dtype)
-    b[: a.size] = a
+    for i in range(a.size):  # a loop compiles several times faster than slices do
+        b[i] = a[i]
     return b
+
+
+@njit(cache=True)
+def _sort(a, begin, end):
+    """Sort a[begin:end] in place (heap sort)."""
+    n = end - begin
+    start = n // 2
+    while n > 1:
+        if start > 0:
+            start -= 1
+            top = a[begin + start]
+        else:
+            n -= 1
+            top = a[begin + n]
+            a[begin + n] = a[begin]
+        i = start
+        while 2 * i + 1 < n:
+            child = 2 * i + 1
+            if child + 1 < n and a[begin + child + 1] > a[begin + child]:
+                child += 1
+            if a[begin + child] <= top:
+                break
+            a[begin + i] = a[begin + child]
+            i = child
+        a[begin + i] = top
 
 
 @njit(cache=True)
@@ -123,17 +149,17 @@ def _half_area(lo, hi):
 
 
 @njit(cache=True)
-def _clip(tri, lo, hi, slack, poly, out):
+def _clip(tris, ref, lo, hi, slack, poly, out):
     """Bounds of a triangle inside a box (Sutherland and Hodgman 1974), rounded outwards to the FP24 grid.
 
-    tri (3, 3), lo and hi (3,); poly (2, 12, 3) scratch; out (2, 3) bounds, inside the box. Returns False if nothing is
+    tris (N, 3, 3), ref the triangle, lo and hi (3,); poly (2, 12, 3) scratch; out (2, 3) bounds, inside the box. Returns False if nothing is
     left.
     """
     n = 3
     cur = 0
     for i in range(3):
         for a in range(3):
-            poly[0, i, a] = tri[i, a]
+            poly[0, i, a] = tris[ref, i, a]
     for a in range(3):
         for side in range(2):
             plane = lo[a] - slack if side == 0 else hi[a] + slack
@@ -178,11 +204,11 @@ def _clip(tri, lo, hi, slack, poly, out):
 
 
 @njit(cache=True)
-def _cut(tri, lo, hi, out):
+def _cut(tris, ref, lo, hi, out):
     """Bounds of a triangle cut to a box: what is known without clipping."""
     for a in range(3):
-        low = min(tri[0, a], tri[1, a], tri[2, a])
-        high = max(tri[0, a], tri[1, a], tri[2, a])
+        low = min(tris[ref, 0, a], tris[ref, 1, a], tris[ref, 2, a])
+        high = max(tris[ref, 0, a], tris[ref, 1, a], tris[ref, 2, a])
         out[0, a] = min(max(low, lo[a]), hi[a])
         out[1, a] = max(min(high, hi[a]), lo[a])
 
@@ -247,22 +273,23 @@ def _sweep(events, begin, end, axis, n, lo, hi, ct, ci, bonus, flat, best):
 
 
 @njit(cache=True)
-def _emit(bounds, ref, fresh, counts):
-    """Append the events of a clipped triangle to the unsorted lists of a child, one list an axis."""
+def _emit(bounds, ref, fresh, room, counts):
+    """Append the events of a clipped triangle to a child's unsorted lists: one an axis, `room` apart in `fresh`."""
     for a in range(3):
         low, high = _key(bounds[0, a]), _key(bounds[1, a])
         if low == high:
-            fresh[a, counts[a]] = _event(low, _PLANAR, ref)
+            fresh[a * room + counts[a]] = _event(low, _PLANAR, ref)
             counts[a] += 1
         else:
-            fresh[a, counts[a]] = _event(low, _START, ref)
-            fresh[a, counts[a] + 1] = _event(high, _END, ref)
+            fresh[a * room + counts[a]] = _event(low, _START, ref)
+            fresh[a * room + counts[a] + 1] = _event(high, _END, ref)
             counts[a] += 2
 
 
 @njit(cache=True)
-def _build(tris, ids, ex, ey, ez, scene_lo, scene_hi, ct, ci, bonus, max_leaf, max_depth, clip, flat):
-    """Depth-first build. tris (N, 3, 3), ids (N,) their numbers in the scene, e? sorted events of the whole scene.
+def _build(tris, ids, events, sizes, scene_lo, scene_hi, ct, ci, bonus, max_leaf, max_depth, clip, flat):
+    """Depth-first build. tris (N, 3, 3), ids (N,) their numbers in the scene, events the sorted
+    lists of the whole scene one after the other, sizes (3,) their lengths.
 
     The event lists of waiting nodes lie on top of each other in one array: a node's lists are the top of it when its
     turn comes, and its children's replace them.
@@ -270,13 +297,12 @@ def _build(tris, ids, ex, ey, ez, scene_lo, scene_hi, ct, ci, bonus, max_leaf, m
     Returns arrays over nodes (kind, split, left, right, first, count, half area, depth) and the leaf lists.
     """
     n_all = tris.shape[0]
-    arena = np.empty(4 * (ex.size + ey.size + ez.size) + 64, np.int64)
-    arena[: ex.size] = ex
-    arena[ex.size : ex.size + ey.size] = ey
-    arena[ex.size + ey.size : ex.size + ey.size + ez.size] = ez
-    side_of = np.zeros(n_all, np.uint8)
-    fresh_l = np.empty((3, 2048), np.int64)
-    fresh_r = np.empty((3, 2048), np.int64)
+    arena = np.empty(4 * events.size + 64, np.int64)
+    for i in range(events.size):
+        arena[i] = events[i]
+    side_of = np.zeros(n_all, np.int64)
+    fresh_l = np.empty(4096, np.int64)
+    fresh_r = np.empty(4096, np.int64)
     out_l = np.empty(4096, np.int64)
     out_r = np.empty(4096, np.int64)
     count_l = np.zeros(3, np.int64)
@@ -289,25 +315,25 @@ def _build(tris, ids, ex, ey, ez, scene_lo, scene_hi, ct, ci, bonus, max_leaf, m
     best = np.empty(4)
 
     cap = max(64, 4 * n_all)
-    kind = np.empty(cap, np.uint8)
+    kind = np.empty(cap, np.int64)
     split = np.empty(cap, np.float64)
-    child_l = np.empty(cap, np.int32)
-    child_r = np.empty(cap, np.int32)
+    child_l = np.empty(cap, np.int64)
+    child_r = np.empty(cap, np.int64)
     first = np.empty(cap, np.int64)
-    count = np.empty(cap, np.int32)
+    count = np.empty(cap, np.int64)
     area = np.empty(cap, np.float64)
-    depth_of = np.empty(cap, np.uint8)
-    lists = np.empty(max(64, 4 * n_all), np.int32)
+    depth_of = np.empty(cap, np.int64)
+    lists = np.empty(max(64, 4 * n_all), np.int64)
     n_nodes = 0
     n_lists = 0
 
     # Waiting nodes: boxes, and [arena begin, events x, y, z, triangles, depth, parent, is right child].
     todo_box = np.empty((2 * max_depth + 8, 2, 3))
     todo = np.empty((2 * max_depth + 8, 8), np.int64)
-    todo_box[0, 0] = scene_lo
-    todo_box[0, 1] = scene_hi
+    for a in range(3):
+        todo_box[0, 0, a], todo_box[0, 1, a] = scene_lo[a], scene_hi[a]
+        todo[0, 1 + a] = sizes[a]
     todo[0, 0] = 0
-    todo[0, 1], todo[0, 2], todo[0, 3] = ex.size, ey.size, ez.size
     todo[0, 4], todo[0, 5], todo[0, 6], todo[0, 7] = n_all, 0, -1, 0
     waiting = 1
     lo = np.empty(3)
@@ -343,9 +369,10 @@ def _build(tris, ids, ex, ey, ez, scene_lo, scene_hi, ct, ci, bonus, max_leaf, m
         best[0] = ci * n * node_area  # a leaf's cost: a plane must be cheaper
         best[1] = -1.0
         if n > max_leaf and depth < max_depth:
-            _sweep(arena, b0, b1, 0, n, lo, hi, ct, ci, bonus, flat, best)
-            _sweep(arena, b1, b2, 1, n, lo, hi, ct, ci, bonus, flat, best)
-            _sweep(arena, b2, b3, 2, n, lo, hi, ct, ci, bonus, flat, best)
+            for a in range(3):
+                s0 = b0 if a == 0 else (b1 if a == 1 else b2)
+                s1 = b1 if a == 0 else (b2 if a == 1 else b3)
+                _sweep(arena, s0, s1, a, n, lo, hi, ct, ci, bonus, flat, best)
 
         if best[1] < 0.0:
             kind[node] = AXIS_LEAF if n > 0 else _EMPTY
@@ -357,7 +384,7 @@ def _build(tris, ids, ex, ey, ez, scene_lo, scene_hi, ct, ci, bonus, max_leaf, m
                 if (arena[i] >> 30) & 3 != _END:
                     lists[n_lists] = ids[arena[i] & _REF_MASK]
                     n_lists += 1
-            lists[first[node] : n_lists].sort()
+            _sort(lists, first[node], n_lists)
             continue
 
         axis = int(best[1])
@@ -394,12 +421,12 @@ def _build(tris, ids, ex, ey, ez, scene_lo, scene_hi, ct, ci, bonus, max_leaf, m
 
         # Clip what lies on both sides, and sort its new events.
         n_both = n - n_left - n_right
-        if 2 * n_both > fresh_l.shape[1]:
-            fresh_l = np.empty((3, 3 * n_both), np.int64)
-            fresh_r = np.empty((3, 3 * n_both), np.int64)
-        count_l[:] = 0
-        count_r[:] = 0
+        room = 2 * n_both
+        fresh_l = _grow(fresh_l, 3 * room)
+        fresh_r = _grow(fresh_r, 3 * room)
         for a in range(3):
+            count_l[a] = 0
+            count_r[a] = 0
             mid_l[a] = hi[a]
             mid_r[a] = lo[a]
         mid_l[axis] = plane
@@ -415,22 +442,22 @@ def _build(tris, ids, ex, ey, ez, scene_lo, scene_hi, ct, ci, bonus, max_leaf, m
                 in_l = True
                 in_r = True
                 if clip:
-                    in_l = _clip(tris[ref], lo, mid_l, _CLIP_SLACK, poly, bounds_l)
-                    in_r = _clip(tris[ref], mid_r, hi, _CLIP_SLACK, poly, bounds_r)
+                    in_l = _clip(tris, ref, lo, mid_l, _CLIP_SLACK, poly, bounds_l)
+                    in_r = _clip(tris, ref, mid_r, hi, _CLIP_SLACK, poly, bounds_r)
                 if not clip or not (in_l or in_r):
                     in_l = True
                     in_r = True
-                    _cut(tris[ref], lo, mid_l, bounds_l)
-                    _cut(tris[ref], mid_r, hi, bounds_r)
+                    _cut(tris, ref, lo, mid_l, bounds_l)
+                    _cut(tris, ref, mid_r, hi, bounds_r)
                 if in_l:
-                    _emit(bounds_l, ref, fresh_l, count_l)
+                    _emit(bounds_l, ref, fresh_l, room, count_l)
                     n_both_l += 1
                 if in_r:
-                    _emit(bounds_r, ref, fresh_r, count_r)
+                    _emit(bounds_r, ref, fresh_r, room, count_r)
                     n_both_r += 1
             for a in range(3):
-                fresh_l[a, : count_l[a]].sort()
-                fresh_r[a, : count_r[a]].sort()
+                _sort(fresh_l, a * room, a * room + count_l[a])
+                _sort(fresh_r, a * room, a * room + count_r[a])
 
         # Hand the events down, merged with the new ones: both lists stay sorted.
         need = b3 - b0 + 6 * n_both + 64
@@ -449,25 +476,25 @@ def _build(tris, ids, ex, ey, ez, scene_lo, scene_hi, ct, ci, bonus, max_leaf, m
                 e = arena[i]
                 side = side_of[e & _REF_MASK]
                 if side == _LEFT:
-                    while fl < count_l[a] and fresh_l[a, fl] < e:
-                        out_l[wl] = fresh_l[a, fl]
+                    while fl < count_l[a] and fresh_l[a * room + fl] < e:
+                        out_l[wl] = fresh_l[a * room + fl]
                         wl += 1
                         fl += 1
                     out_l[wl] = e
                     wl += 1
                 elif side == _RIGHT:
-                    while fr < count_r[a] and fresh_r[a, fr] < e:
-                        out_r[wr] = fresh_r[a, fr]
+                    while fr < count_r[a] and fresh_r[a * room + fr] < e:
+                        out_r[wr] = fresh_r[a * room + fr]
                         wr += 1
                         fr += 1
                     out_r[wr] = e
                     wr += 1
             while fl < count_l[a]:
-                out_l[wl] = fresh_l[a, fl]
+                out_l[wl] = fresh_l[a * room + fl]
                 wl += 1
                 fl += 1
             while fr < count_r[a]:
-                out_r[wr] = fresh_r[a, fr]
+                out_r[wr] = fresh_r[a * room + fr]
                 wr += 1
                 fr += 1
             size_l[a] = wl - wl0
@@ -475,8 +502,10 @@ def _build(tris, ids, ex, ey, ez, scene_lo, scene_hi, ct, ci, bonus, max_leaf, m
 
         # The left child comes next, hence on top.
         arena = _grow(arena, begin + wl + wr)
-        arena[begin : begin + wr] = out_r[:wr]
-        arena[begin + wr : begin + wr + wl] = out_l[:wl]
+        for i in range(wr):
+            arena[begin + i] = out_r[i]
+        for i in range(wl):
+            arena[begin + wr + i] = out_l[i]
         for child in range(2):
             w = waiting
             waiting += 1
@@ -535,9 +564,11 @@ def _place(kind, child_l, child_r, area, mode):
     first), then with any recent one that fits.
     """
     n = kind.size
-    slot = np.full(n, -1, np.int64)
-    adjacent = np.full(n, -1, np.int64)
-    other = np.full(n, -1, np.int64)
+    slot = np.empty(n, np.int64)
+    adjacent = np.empty(n, np.int64)
+    other = np.empty(n, np.int64)
+    for i in range(n):
+        slot[i] = adjacent[i] = other[i] = -1
     stack = np.empty(n + 1, np.int64)
     lengths = np.empty(n + 1, np.int64)
     parents = np.empty(n + 1, np.int64)  # slot of the parent
@@ -697,7 +728,8 @@ def build(tri24, mask=None, params=None):
     built = _build(
         tris,
         ids,
-        *events,
+        np.concatenate(events),
+        np.array([e.size for e in events]),
         lo,
         hi,
         float(params.cost_traverse),

@@ -43,7 +43,8 @@ SPDX = "SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1"
 SLANG_ARGS = (
     "-Wextra -Wunused -Wno-unused-parameter -Wno-unused-typedef -Wno-unused-port -Wno-unused-net "
     "-Wno-unused-but-set-net -Wno-unused-but-set-variable -Wno-unused-type-parameter -Wno-unused-argument "
-    "-Wno-unused-genvar -Wno-unused-package-parameter -Wno-case-redundant-default -Wno-unused-import -Wno-unused-wildcard-import "
+    "-Wno-unused-genvar -Wno-unused-package-parameter -Wno-useless-cast -Wno-shadow-value "
+    "-Wno-shadow-hierarchy -Wno-unused-implicit-net -Wno-case-redundant-default -Wno-unused-import -Wno-unused-wildcard-import "
     "-Werror --error-limit=0"
 )
 

@@ -118,7 +118,7 @@ async def random_rays(dut, wild, p_valid):
     await bench.start()
     for _ in range(3):
         bench.set_frame(num.point())
-        await bench.run(random_hits(num, 100))
+        await bench.run(random_hits(num, sh.some(100)))
 
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")

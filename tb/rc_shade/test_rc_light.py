@@ -155,8 +155,8 @@ async def random_lights(dut, wild, rates, shadows):
     await bench.start()
     for _ in range(3):
         await bench.load(*random_records(num), shadows)
-        await bench.run(random_jobs(bench, num, 60))
-    assert 0 < bench.culled < 180
+        await bench.run(random_jobs(bench, num, sh.some(60)))
+    assert 0 < bench.culled < len(bench.taken_at)
 
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")
@@ -174,7 +174,7 @@ async def corner_lights(dut):
               [0x7F0000, zero, zero], [0xBF0000, zero, zero]]
     mats = [sh.Material([zero] * 3, [one, 0x3E0000, zero], [one, zero, 0x3D0000], shin) for shin in range(16)]
     for directional in (False, True):
-        for att in attens:
+        for att in attens[:sh.some(len(attens))]:
             lights = [sh.Light(directional, place, [one, one, 0x3E8000], att) for place in places]
             await bench.load(lights, mats, True)
             await bench.run((i, light, i % 16, 5, [p, up, up, view], sh.nearest([-np.sqrt(0.5)])[0])

@@ -175,8 +175,9 @@ def compare_embree(image, frame, embree=None):
     embree = embree or Embree(image.geometry)
     tri, t = embree.trace(frame.org, frame.dir)
     ours = np.where(frame.tri < 0, np.inf, frame.t)
-    with np.errstate(invalid="ignore"):
-        near = (np.abs(ours - t) <= NEAR * np.maximum(t, NEAR)) | ((frame.tri < 0) & (tri < 0))
+    both = (frame.tri >= 0) & (tri >= 0)
+    near = np.abs(np.where(both, ours, 0.0) - np.where(both, t, 0.0)) <= NEAR * np.where(both, t, 0.0)
+    near = (both & near) | ((frame.tri < 0) & (tri < 0))
     agree = (frame.tri == tri) | near
 
     camera = _camera(image)

@@ -206,6 +206,7 @@ def complete_view(scene, view):
             f"picture size {width}x{height}: give 1x1 to {MAX_SIDE}x{MAX_SIDE}, at most {MAX_PIXELS >> 20} Mpixel"
         )
     camera = view.camera or default_camera(scene, width / height)
+    rgen.camera_vectors(camera.eye, camera.target, camera.up, camera.fov, width, height)  # refuses what is no view
     lights = list(default_lights(scene, camera) if view.lights is None else view.lights)
     if len(lights) > MAX_LIGHTS:
         raise OptionError(f"{len(lights)} lights, at most {MAX_LIGHTS} fit; leave some out")
@@ -297,8 +298,8 @@ def build_image(scene, view=None, params=None):
     view = complete_view(geometry.scene if geometry else scene, view or View())
     geometry = geometry or build_geometry(scene, params)
     unit, tree, scene = geometry.unit, geometry.tree, geometry.scene
-    lights = fp24.round_to_fp24(light_table(view.lights, unit))
     arguments = camera_arguments(view.camera, unit, view.width, view.height)
+    lights = fp24.round_to_fp24(light_table(view.lights, unit))
     slack = edge_slack(arguments[0], tree.bounds)
     accel = triaccel.pack(triaccel.records(unit.triangles, unit.dropped, slack), scene.face_material)
     parts = {

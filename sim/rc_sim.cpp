@@ -120,6 +120,7 @@ Simulation::Simulation(const Options& options, VerilatedContext& context)
   }
   if (!options.waves.empty()) {
 #if VM_TRACE_FST
+    Output(options.waves).close();   // the FST writer does not say if it cannot
     context.traceEverOn(true);
 #else
     throw UsageError("--waves needs the build with tracing");
@@ -131,7 +132,6 @@ Simulation::Simulation(const Options& options, VerilatedContext& context)
     waves_ = std::make_unique<VerilatedFstC>();
     top_->trace(waves_.get(), 99);
     waves_->open(options.waves.c_str());
-    if (!waves_->isOpen()) throw UsageError(options.waves + ": cannot be written");
   }
 #endif
 }

@@ -103,6 +103,8 @@ module rc_accum import rc_pkg::*; import rc_shade_pkg::*; (
   // ---- what comes next ----------------------------------------------------------------------------------------------------
   logic       at_end, last, job_in_ready, done_in_ready;
   logic [4:0] next_light;
+  job_t       job_in;
+  done_t      done_in;
   logic [$clog2(NUM_IDS + 1)-1:0] unused_jobs;
   logic [$clog2(ROOM + 1)-1:0]    unused_dones;
   assign slot_end   = slot_q[SLOTS-1];
@@ -111,14 +113,16 @@ module rc_accum import rc_pkg::*; import rc_shade_pkg::*; (
   assign last       = slot_end.upd.kind == UPD_MISS || next_light >= light_count_i;
   assign finish     = at_end && last;
   assign proceed    = at_end && !last;
+  assign job_in     = '{id: slot_end.upd.id, light: light_id_t'(next_light)};
+  assign done_in    = '{id: slot_end.upd.id, rgb: sum};
   rc_fifo #(.data_t(job_t), .Depth(NUM_IDS)) u_jobs (
     .clk_i, .rst_ni,
-    .in_valid_i(proceed), .in_ready_o(job_in_ready), .in_data_i('{id: slot_end.upd.id, light: light_id_t'(next_light)}),
+    .in_valid_i(proceed), .in_ready_o(job_in_ready), .in_data_i(job_in),
     .out_valid_o(job_valid_o), .out_ready_i(job_ready_i), .out_data_o(job_o), .count_o(unused_jobs)
   );
   rc_fifo #(.data_t(done_t), .Depth(ROOM)) u_done (
     .clk_i, .rst_ni,
-    .in_valid_i(finish), .in_ready_o(done_in_ready), .in_data_i('{id: slot_end.upd.id, rgb: sum}),
+    .in_valid_i(finish), .in_ready_o(done_in_ready), .in_data_i(done_in),
     .out_valid_o(done_valid_o), .out_ready_i(done_ready_i), .out_data_o(done_o), .count_o(unused_dones)
   );
 

@@ -184,7 +184,7 @@ module rc_light import rc_pkg::*; import rc_shade_pkg::*; (
   );
 
   // ---- direction to the light, and what it makes with normals and view -------------------------------------------------------
-  fp_t inv, to_dir, dir_a, dir_b, dir, g_dir, m_dir, d_dir, gl, ml, dl;
+  fp_t inv, to_dir, ml_rm, dir_a, dir_b, dir, g_dir, m_dir, d_dir, gl, ml, dl;
   rc_hold #(.Beats(B), .From(T_INV), .To(T_DIR_IN), .Span(3)) u_inv (
     .clk_i, .now_i(beat_q[T_INV % B]), .in_i(quotient), .out_o(inv)
   );
@@ -203,7 +203,7 @@ module rc_light import rc_pkg::*; import rc_shade_pkg::*; (
   rc_gather #(.From(T_DIR + LAT_MUL), .To(T_DL_IN)) u_dl_in (.clk_i, .in_i(dl), .vec_o(dl_in));
 
   // ---- R . V = d.L - 2 m.L m.d, with R the mirrored L, V = -d ---------------------------------------------------------------
-  fp_t ml_rm, ml_rv, k_axis;
+  fp_t ml_rv, k_axis;
   rc_hold #(.Beats(B), .From(T_ML), .To(T_RM_IN)) u_ml_rm (
     .clk_i, .now_i(beat_q[T_ML % B]), .in_i(sum), .out_o(ml_rm)
   );

@@ -114,21 +114,23 @@ module rc_shade import rc_pkg::*; import rc_shade_pkg::*; #(
   // ---- updates of colours, from three sides ---------------------------------------------------------------------------------
   typedef struct packed {ray_id_t id; mat_id_t mat;} point_t;
   typedef struct packed {ray_id_t id; logic add;} lit_t;
-  point_t     point;
-  lit_t       lit;
+  point_t     point, point_in;
+  lit_t       lit, lit_in;
   logic [2:0] upd_req, upd_gnt;
   logic [1:0] upd_idx, queue_ready;
   logic       upd_ready;
   upd_t       upd;
   logic [1:0][$clog2(NUM_IDS + 1)-1:0] unused_count;
+  assign point_in = '{id: point_id, mat: point_mat};
+  assign lit_in   = '{id: k_job.id, add: light_upd_add};
   rc_fifo #(.data_t(point_t), .Depth(NUM_IDS)) u_points (
     .clk_i, .rst_ni,
-    .in_valid_i(point_valid), .in_ready_o(queue_ready[0]), .in_data_i('{id: point_id, mat: point_mat}),
+    .in_valid_i(point_valid), .in_ready_o(queue_ready[0]), .in_data_i(point_in),
     .out_valid_o(upd_req[0]), .out_ready_i(upd_ready && upd_gnt[0]), .out_data_o(point), .count_o(unused_count[0])
   );
   rc_fifo #(.data_t(lit_t), .Depth(NUM_IDS)) u_lits (
     .clk_i, .rst_ni,
-    .in_valid_i(light_upd_valid), .in_ready_o(queue_ready[1]), .in_data_i('{id: k_job.id, add: light_upd_add}),
+    .in_valid_i(light_upd_valid), .in_ready_o(queue_ready[1]), .in_data_i(lit_in),
     .out_valid_o(upd_req[1]), .out_ready_i(upd_ready && upd_gnt[1]), .out_data_o(lit), .count_o(unused_count[1])
   );
   assign upd_req[2]  = hit_valid_i && !hit_is_surface;

@@ -92,7 +92,7 @@ def build(*, mem_width: int = 64, waves: bool = False, sources: Sequence[Path] |
     files = [*sorted((REPO / "lint").glob("*.vlt")), sim / "watch.vlt", *(sources or rtl_sources()), sim / "rc_sim_top.sv"]
     return build_verilated(
         "rc_sim_top", files, [sim / "rc_sim.cpp", sim / "axi_memory.cpp", sim / "options.cpp"], includes=[sim],
-        parameters={"DataW": mem_width}, build_args=["-O3", "--x-assign", "fast", "--x-initial", "fast"], trace=waves)
+        parameters={"DataW": mem_width}, build_args=["--x-assign", "fast", "--x-initial", "fast"], trace=waves)
 
 
 def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memory: Memory = Memory(), hits: bool = False,

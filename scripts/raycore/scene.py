@@ -135,7 +135,7 @@ def _smooth(order, start, face_normal, angle, crease, limit, out):
                     fj = cj // 3
                     dot = x * face_normal[fj, 0] + y * face_normal[fj, 1] + z * face_normal[fj, 2]
                     if abs(dot) >= crease:
-                        w = angle[cj] if dot > 0.0 else -angle[cj]
+                        w = angle[cj] if dot >= 0.0 else -angle[cj]
                         sx += w * face_normal[fj, 0]
                         sy += w * face_normal[fj, 1]
                         sz += w * face_normal[fj, 2]
@@ -403,7 +403,7 @@ def _gltf_views(path):
             continue
         node = nodes[index]
         matrix = above @ _node_matrix(node)
-        todo += [(i, matrix, depth + 1) for i in node.get("children", [])]
+        todo += [(i, matrix, depth + 1) for i in reversed(node.get("children", []))]
         place, forward, up = matrix[:3, 3], -matrix[:3, 2], matrix[:3, 1]
         if "camera" in node and camera is None:
             lens = header["cameras"][node["camera"]].get("perspective")

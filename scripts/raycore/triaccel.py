@@ -45,12 +45,12 @@ class TriangleInfo:
 
 def encode_eps(eps):
     """9-bit code of the edge slack, rounded up: eps <= decode_eps(code), clamped to 31/16 * 2^-8 (float64 arrays)."""
-    m, e = np.frexp(np.maximum(eps, 0.0))  # eps = 2m * 2^(e-1)
+    m, e = np.frexp(np.clip(eps, 0.0, 1.0))  # eps = 2m * 2^(e-1)
     e = 1 - EPS_TOP - e
     m = np.ceil((2.0 * m - 1.0) * 16.0).astype(np.int64)
     carry = m == 16
     e, m = np.where(carry, e - 1, e), np.where(carry, 0, m)
-    low, high = (e > 31) | (eps <= 0.0), (e < 0) & (eps > 0.0)
+    low, high = (e > 31) | (eps <= 0.0), (e < 0)
     code = (np.clip(e, 0, 31) << 4) | m
     return np.where(low, 31 << 4, np.where(high, 15, code)).astype(np.uint16)
 

@@ -28,7 +28,7 @@ module rc_fp_add #(
     logic            sign;        // of the result, if it is not zero
     logic            zero_sign;   // of the result, if it is zero
     logic            nan;
-    logic            inf;
+    logic            is_inf;
     logic [ExpW-1:0] exp;         // of the larger operand
   } ctl_t;
   typedef struct packed {ctl_t ctl; logic sub; logic [SigW-1:0] hi; logic [SigW-1:0] lo;} p1_t;
@@ -41,37 +41,37 @@ module rc_fp_add #(
 
   // P1: a plain comparison of the patterns orders the magnitudes; zeros, with exponent 0, come out low.
   logic            swap, a_inf, b_inf, a_nan, b_nan;
-  logic            sign;
-  logic [W-2:0]    hi, lo;
+  logic [W-2:0]    flip, hi, lo;
   logic [ExpW-1:0] diff;
   logic [ManW:0]   hi_sig, lo_sig;
   logic [ExtW-1:0] ext;
-  assign swap  = a_i[W-2:0] < b_i[W-2:0];
-  assign sign  = swap ? b_i[W-1] : a_i[W-1];
-  assign hi    = swap ? b_i[W-2:0] : a_i[W-2:0];
-  assign lo    = swap ? a_i[W-2:0] : b_i[W-2:0];
-  assign diff  = hi[ManW+:ExpW] - lo[ManW+:ExpW];
+  assign swap   = a_i[W-2:0] < b_i[W-2:0];
+  assign flip   = (a_i[W-2:0] ^ b_i[W-2:0]) & {(W - 1) {swap}};   // not `?:`: no mispredicted branch in simulation
+  assign hi     = a_i[W-2:0] ^ flip;
+  assign lo     = b_i[W-2:0] ^ flip;
+  assign diff   = hi[ManW+:ExpW] - lo[ManW+:ExpW];
   assign hi_sig = {1'b1, hi[ManW-1:0]} & {(ManW + 1) {hi[ManW+:ExpW] != '0}};
   assign lo_sig = {1'b1, lo[ManW-1:0]} & {(ManW + 1) {lo[ManW+:ExpW] != '0}};
   // A shift by SigW - 1 or more leaves nothing but the sticky bit.
-  assign ext   = {lo_sig, {(ExtW - 1 - ManW) {1'b0}}} >> ((32'(diff) > SigW - 1) ? SigW - 1 : 32'(diff));
+  assign ext    = {lo_sig, {(ExtW - 1 - ManW) {1'b0}}} >> ((32'(diff) > SigW - 1) ? SigW - 1 : 32'(diff));
   assign a_inf = (&a_i[ManW+:ExpW]) && (a_i[ManW-1:0] == '0);
   assign b_inf = (&b_i[ManW+:ExpW]) && (b_i[ManW-1:0] == '0);
   assign a_nan = (&a_i[ManW+:ExpW]) && (a_i[ManW-1:0] != '0);
   assign b_nan = (&b_i[ManW+:ExpW]) && (b_i[ManW-1:0] != '0);
-  assign p1_d.ctl.sign      = sign;
+  assign p1_d.ctl.sign      = (a_i[W-1] && !swap) || (b_i[W-1] && swap);
   assign p1_d.ctl.zero_sign = a_i[W-1] && b_i[W-1];                // x - x = +0, -0 - 0 = -0
   assign p1_d.ctl.nan       = a_nan || b_nan || (a_inf && b_inf && p1_d.sub);
-  assign p1_d.ctl.inf       = a_inf || b_inf;
+  assign p1_d.ctl.is_inf       = a_inf || b_inf;
   assign p1_d.ctl.exp       = hi[ManW+:ExpW];
   assign p1_d.sub           = a_i[W-1] != b_i[W-1];
   assign p1_d.hi            = {hi_sig, 3'b000};
   assign p1_d.lo            = {ext[ExtW-1:ManW+1], |ext[ManW:0]};
   rc_fp_pipe #(.Width($bits(p1_t)), .Stages(N1)) u_p1 (.clk_i, .d_i(p1_d), .q_o(p1_q));
 
-  // P2
+  // P2: the lowest bit only carries in the one that completes the negation.
+  logic unused_carry;
   assign p2_d.ctl = p1_q.ctl;
-  assign p2_d.sum = p1_q.sub ? {1'b0, p1_q.hi} - {1'b0, p1_q.lo} : {1'b0, p1_q.hi} + {1'b0, p1_q.lo};
+  assign {p2_d.sum, unused_carry} = {1'b0, p1_q.hi, 1'b1} + ({1'b0, p1_q.lo, 1'b0} ^ {(SigW + 2) {p1_q.sub}});
   rc_fp_pipe #(.Width($bits(p2_t)), .Stages(N2)) u_p2 (.clk_i, .d_i(p2_d), .q_o(p2_q));
 
   // P3
@@ -86,7 +86,7 @@ module rc_fp_add #(
     .sign_i(zero ? p3_q.ctl.zero_sign : p3_q.ctl.sign),
     .exp_i($signed({2'b00, p3_q.ctl.exp}) + $signed((ExpW + 2)'(1)) - $signed((ExpW + 2)'(p3_q.count))),
     .man_i(p3_q.sig[SigW-1-:ManW]), .guard_i(p3_q.sig[SigW-1-ManW]), .sticky_i(|p3_q.sig[SigW-2-ManW:0]),
-    .zero_i(zero), .inf_i(p3_q.ctl.inf), .nan_i(p3_q.ctl.nan), .y_o(y_d)
+    .zero_i(zero), .inf_i(p3_q.ctl.is_inf), .nan_i(p3_q.ctl.nan), .y_o(y_d)
   );
   rc_fp_pipe #(.Width(W), .Stages(N4)) u_p4 (.clk_i, .d_i(y_d), .q_o(y_o));
 endmodule

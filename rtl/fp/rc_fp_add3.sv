@@ -31,14 +31,15 @@ module rc_fp_add3 #(
   typedef struct packed {
     logic            zero_sign;   // of the result, if it is zero
     logic            nan;
-    logic            inf;
+    logic            is_inf;
     logic            inf_sign;
     logic [ExpW-1:0] exp;         // the largest
   } ctl_t;
-  typedef struct packed {ctl_t ctl; logic [2:0] sign; logic [2:0][WinW-1:0] win;} p1_t;
-  typedef struct packed {ctl_t ctl; logic signed [MagW:0] sum;} p2_t;
+  typedef struct packed {ctl_t ctl; logic [MagW:0] total;} p2_t;
   typedef struct packed {ctl_t ctl; logic sign; logic [CountW-1:0] count; logic [MagW-1:0] mag;} p3_t;
-  p1_t p1_d, p1_q;
+  ctl_t                 p1_ctl_d, p1_ctl_q;
+  logic [2:0]           p1_sign_d, p1_sign_q;
+  logic [2:0][WinW-1:0] p1_win_d, p1_win_q;
   p2_t p2_d, p2_q;
   p3_t p3_d, p3_q;
   logic [W-1:0] y_d;
@@ -54,73 +55,69 @@ module rc_fp_add3 #(
 
   // P1: all differences of exponents at once; those that are negative are never used, but for equal operands (below).
   logic [2:0][ExpW-1:0] exp;
-  logic [2:0]           inf, nan;
+  logic [2:0]           is_inf, nan;
   logic [ExpW-1:0]      ab, ac, bc;                  // differences of exponents
   logic                 ab_neg, ac_neg, bc_neg;
   logic                 ab_cancel, ac_cancel, bc_cancel;
-  logic                 a_top, b_top;
+  logic                 a_top, b_top, c_top;
   assign exp = {c_i[ManW+:ExpW], b_i[ManW+:ExpW], a_i[ManW+:ExpW]};
-  assign inf = {(&exp[2]) && (c_i[ManW-1:0] == '0), (&exp[1]) && (b_i[ManW-1:0] == '0), (&exp[0]) && (a_i[ManW-1:0] == '0)};
+  assign is_inf = {(&exp[2]) && (c_i[ManW-1:0] == '0), (&exp[1]) && (b_i[ManW-1:0] == '0), (&exp[0]) && (a_i[ManW-1:0] == '0)};
   assign nan = {(&exp[2]) && (c_i[ManW-1:0] != '0), (&exp[1]) && (b_i[ManW-1:0] != '0), (&exp[0]) && (a_i[ManW-1:0] != '0)};
   assign {ab_neg, ab} = {1'b0, exp[0]} - {1'b0, exp[1]};
   assign {ac_neg, ac} = {1'b0, exp[0]} - {1'b0, exp[2]};
   assign {bc_neg, bc} = {1'b0, exp[1]} - {1'b0, exp[2]};
-  assign ab_cancel = a_i == {!b_i[W-1], b_i[W-2:0]};
-  assign ac_cancel = a_i == {!c_i[W-1], c_i[W-2:0]};
-  assign bc_cancel = b_i == {!c_i[W-1], c_i[W-2:0]};
+  assign ab_cancel = (a_i ^ b_i) == {1'b1, {(W - 1) {1'b0}}};
+  assign ac_cancel = (a_i ^ c_i) == {1'b1, {(W - 1) {1'b0}}};
+  assign bc_cancel = (b_i ^ c_i) == {1'b1, {(W - 1) {1'b0}}};
   // If two operands cancel, the third counts as the largest. The two are then shifted by the same amount, whatever it is,
   // and cancel in their windows too.
   assign a_top = bc_cancel || (!ab_cancel && !ac_cancel && !ab_neg && !ac_neg);
-  assign b_top = ac_cancel || (!ab_cancel && !bc_neg);
+  assign b_top = !a_top && (ac_cancel || (!ab_cancel && !bc_neg));
+  assign c_top = !a_top && !b_top;
   logic [2:0][ExpW-1:0] shift;
-  always_comb begin
-    if (a_top) begin
-      p1_d.ctl.exp = exp[0];
-      shift        = {ac, ab, ExpW'(0)};
-    end else if (b_top) begin
-      p1_d.ctl.exp = exp[1];
-      shift        = {bc, ExpW'(0), -ab};
-    end else begin
-      p1_d.ctl.exp = exp[2];
-      shift        = {ExpW'(0), -bc, -ac};
-    end
+  assign shift[0] = ({ExpW{b_top}} & -ab) | ({ExpW{c_top}} & -ac);
+  assign shift[1] = ({ExpW{a_top}} & ab) | ({ExpW{c_top}} & -bc);
+  assign shift[2] = ({ExpW{a_top}} & ac) | ({ExpW{b_top}} & bc);
+  assign p1_win_d           = {align(c_i[W-2:0], shift[2]), align(b_i[W-2:0], shift[1]), align(a_i[W-2:0], shift[0])};
+  assign p1_sign_d          = {c_i[W-1], b_i[W-1], a_i[W-1]};
+  assign p1_ctl_d.exp       = ({ExpW{a_top}} & exp[0]) | ({ExpW{b_top}} & exp[1]) | ({ExpW{c_top}} & exp[2]);
+  assign p1_ctl_d.zero_sign = &p1_sign_d;            // of three negative operands with sum zero, each is -0
+  assign p1_ctl_d.nan       = (nan != '0) || (((is_inf & p1_sign_d) != '0) && ((is_inf & ~p1_sign_d) != '0));
+  assign p1_ctl_d.is_inf       = is_inf != '0;
+  assign p1_ctl_d.inf_sign  = (is_inf & p1_sign_d) != '0;
+  rc_fp_pipe #(.Width($bits(ctl_t)), .Stages(N1)) u_p1_ctl (.clk_i, .d_i(p1_ctl_d), .q_o(p1_ctl_q));
+  rc_fp_pipe #(.Width(3), .Stages(N1)) u_p1_sign (.clk_i, .d_i(p1_sign_d), .q_o(p1_sign_q));
+  for (genvar i = 0; i < 3; i++) begin : gen_win
+    rc_fp_pipe #(.Width(WinW), .Stages(N1)) u_p1_win (.clk_i, .d_i(p1_win_d[i]), .q_o(p1_win_q[i]));
   end
-  assign p1_d.win           = {align(c_i[W-2:0], shift[2]), align(b_i[W-2:0], shift[1]), align(a_i[W-2:0], shift[0])};
-  assign p1_d.sign          = {c_i[W-1], b_i[W-1], a_i[W-1]};
-  assign p1_d.ctl.zero_sign = &p1_d.sign;            // of three negative operands with sum zero, each is -0
-  assign p1_d.ctl.nan       = (nan != '0) || (((inf & p1_d.sign) != '0) && ((inf & ~p1_d.sign) != '0));
-  assign p1_d.ctl.inf       = inf != '0;
-  assign p1_d.ctl.inf_sign  = (inf & p1_d.sign) != '0;
-  rc_fp_pipe #(.Width($bits(p1_t)), .Stages(N1)) u_p1 (.clk_i, .d_i(p1_d), .q_o(p1_q));
 
   // P2: two's complement; the ones that complete the negation are counted and added with the rest.
-  logic [2:0][MagW:0] term;
-  for (genvar i = 0; i < 3; i++) begin : gen_term
-    assign term[i] = {2'b00, 1'b0, p1_q.win[i]} ^ {(MagW + 1) {p1_q.sign[i]}};
-  end
-  logic [MagW:0]      ones;
-  assign ones     = (MagW + 1)'(p1_q.sign[0]) + (MagW + 1)'(p1_q.sign[1]) + (MagW + 1)'(p1_q.sign[2]);
-  assign p2_d.ctl = p1_q.ctl;
-  assign p2_d.sum = term[0] + term[1] + term[2] + ones;
+  logic [MagW:0] term_a, term_b, term_c, ones;
+  assign term_a   = (MagW + 1)'(p1_win_q[0]) ^ {(MagW + 1) {p1_sign_q[0]}};
+  assign term_b   = (MagW + 1)'(p1_win_q[1]) ^ {(MagW + 1) {p1_sign_q[1]}};
+  assign term_c   = (MagW + 1)'(p1_win_q[2]) ^ {(MagW + 1) {p1_sign_q[2]}};
+  assign ones     = (MagW + 1)'(p1_sign_q[0]) + (MagW + 1)'(p1_sign_q[1]) + (MagW + 1)'(p1_sign_q[2]);
+  assign p2_d.ctl = p1_ctl_q;
+  assign p2_d.total = term_a + term_b + term_c + ones;
   rc_fp_pipe #(.Width($bits(p2_t)), .Stages(N2)) u_p2 (.clk_i, .d_i(p2_d), .q_o(p2_q));
 
   // P3
   assign p3_d.ctl  = p2_q.ctl;
-  assign p3_d.sign = p2_q.sum[MagW];
-  rc_fp_norm #(.Width(MagW)) u_norm (
-    .x_i(p3_d.sign ? MagW'(-p2_q.sum) : p2_q.sum[MagW-1:0]), .y_o(p3_d.mag), .count_o(p3_d.count)
-  );
+  assign p3_d.sign = p2_q.total[MagW];
+  logic [MagW-1:0] mag;
+  assign mag       = (p2_q.total[MagW-1:0] ^ {MagW{p3_d.sign}}) + MagW'(p3_d.sign);
+  rc_fp_norm #(.Width(MagW)) u_norm (.x_i(mag), .y_o(p3_d.mag), .count_o(p3_d.count));
   rc_fp_pipe #(.Width($bits(p3_t)), .Stages(N3)) u_p3 (.clk_i, .d_i(p3_d), .q_o(p3_q));
 
   // P4: the top bit of mag, if set, is worth four times the leading one of the largest operand.
   logic zero, sign;
   assign zero = !p3_q.mag[MagW-1];
-  assign sign = p3_q.ctl.inf ? p3_q.ctl.inf_sign : zero ? p3_q.ctl.zero_sign : p3_q.sign;
+  assign sign = p3_q.ctl.is_inf ? p3_q.ctl.inf_sign : zero ? p3_q.ctl.zero_sign : p3_q.sign;
   rc_fp_round #(.ExpW(ExpW), .ManW(ManW)) u_round (
     .sign_i(sign),
     .exp_i($signed({2'b00, p3_q.ctl.exp}) + $signed((ExpW + 2)'(2)) - $signed((ExpW + 2)'(p3_q.count))),
     .man_i(p3_q.mag[MagW-2-:ManW]), .guard_i(p3_q.mag[MagW-2-ManW]), .sticky_i(|p3_q.mag[MagW-3-ManW:0]),
-    .zero_i(zero), .inf_i(p3_q.ctl.inf), .nan_i(p3_q.ctl.nan), .y_o(y_d)
+    .zero_i(zero), .inf_i(p3_q.ctl.is_inf), .nan_i(p3_q.ctl.nan), .y_o(y_d)
   );
   rc_fp_pipe #(.Width(W), .Stages(N4)) u_p4 (.clk_i, .d_i(y_d), .q_o(y_o));
 endmodule

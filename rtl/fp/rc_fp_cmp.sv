@@ -22,14 +22,7 @@ module rc_fp_cmp #(
   assign mag_lt = a_i[W-2:0] < b_i[W-2:0];
   assign mag_eq = a_i[W-2:0] == b_i[W-2:0];
   assign eq     = (a_zero && b_zero) || (mag_eq && (a_i[W-1] == b_i[W-1]));
-  always_comb begin
-    unique case ({a_i[W-1], b_i[W-1]})
-      2'b00: lt = mag_lt;
-      2'b01: lt = 1'b0;
-      2'b10: lt = 1'b1;
-      2'b11: lt = !mag_lt;
-    endcase
-  end
+  assign lt     = (a_i[W-1] && !b_i[W-1]) || ((a_i[W-1] == b_i[W-1]) && (mag_lt != a_i[W-1]));   // unless equal
   rc_fp_pipe #(.Width(3), .Stages(Latency)) u_p1 (
     .clk_i, .d_i({!nan && lt && !eq, !nan && eq, !nan && !lt && !eq}), .q_o({lt_o, eq_o, gt_o})
   );

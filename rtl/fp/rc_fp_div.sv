@@ -24,7 +24,7 @@ module rc_fp_div #(
   typedef struct packed {
     logic                   sign;
     logic                   zero;
-    logic                   inf;
+    logic                   is_inf;
     logic                   nan;
     logic signed [ExpW+1:0] exp;
   } ctl_t;
@@ -42,7 +42,7 @@ module rc_fp_div #(
   assign b_nan  = b_max && (b_i[ManW-1:0] != '0);
   assign ctl_d.sign = a_i[W-1] ^ b_i[W-1];
   assign ctl_d.zero = a_zero || b_max;
-  assign ctl_d.inf  = a_max || b_zero;
+  assign ctl_d.is_inf  = a_max || b_zero;
   assign ctl_d.nan  = a_nan || b_nan || (a_zero && b_zero) || (a_max && b_max);
   assign ctl_d.exp  = $signed({2'b00, a_exp}) - $signed({2'b00, b_exp}) + $signed({2'b00, BIAS});
 
@@ -55,6 +55,7 @@ module rc_fp_div #(
     logic [ManW:0]     div;
     logic [RemW-1:0]   rem_in, rem;
     logic [Rows-1:0]   quo_in, quo;
+    logic              minus;
     if (g == 0) begin : gen_first
       assign ctl    = ctl_d;
       assign div    = {1'b1, b_i[ManW-1:0]};
@@ -67,12 +68,14 @@ module rc_fp_div #(
       rc_fp_pipe #(.Width(Rows), .Stages(1)) u_quo (.clk_i, .d_i(gen_group[g-1].quo), .q_o(quo_in));
     end
     always_comb begin
-      rem = rem_in;
-      quo = quo_in;
+      rem   = rem_in;
+      quo   = quo_in;
+      minus = 1'b1;
       for (int unsigned i = First; i < Last; i++) begin
-        if (i == 0)            rem = rem - RemW'(div);
-        else if (rem[RemW-1])  rem = {rem[RemW-2:0], 1'b0} + RemW'(div);
-        else                   rem = {rem[RemW-2:0], 1'b0} - RemW'(div);
+        // Minus the divisor is its complement plus one; the one goes where the doubled remainder has its zero.
+        minus = !rem[RemW-1];
+        if (i == 0) rem = rem - RemW'(div);
+        else        rem = {rem[RemW-2:0], minus} + (RemW'(div) ^ {RemW{minus}});
         quo = {quo[Rows-2:0], !rem[RemW-1]};
       end
     end
@@ -89,7 +92,7 @@ module rc_fp_div #(
   rc_fp_round #(.ExpW(ExpW), .ManW(ManW)) u_round (
     .sign_i(ctl.sign), .exp_i(ctl.exp - $signed((ExpW + 2)'(!quo[Rows-1]))),
     .man_i(sig[ManW:1]), .guard_i(sig[0]), .sticky_i(1'b1),
-    .zero_i(ctl.zero), .inf_i(ctl.inf), .nan_i(ctl.nan), .y_o(y_d)
+    .zero_i(ctl.zero), .inf_i(ctl.is_inf), .nan_i(ctl.nan), .y_o(y_d)
   );
   rc_fp_pipe #(.Width(W), .Stages(Latency - Groups + 1)) u_out (.clk_i, .d_i(y_d), .q_o(y_o));
 endmodule

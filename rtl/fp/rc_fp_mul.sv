@@ -26,7 +26,7 @@ module rc_fp_mul #(
   typedef struct packed {
     logic                   sign;
     logic                   zero;
-    logic                   inf;
+    logic                   is_inf;
     logic                   nan;
     logic signed [ExpW+1:0] exp;
     logic [ProdW-1:0]       prod;
@@ -50,8 +50,8 @@ module rc_fp_mul #(
   assign b_nan  = b_max && (b[ManW-1:0] != '0);
   assign p2_d.sign = a[W-1] ^ b[W-1];
   assign p2_d.zero = a_zero || b_zero;
-  assign p2_d.inf  = a_max || b_max;
-  assign p2_d.nan  = a_nan || b_nan || (p2_d.zero && p2_d.inf);    // 0 * inf
+  assign p2_d.is_inf  = a_max || b_max;
+  assign p2_d.nan  = a_nan || b_nan || (p2_d.zero && p2_d.is_inf);    // 0 * inf
   assign p2_d.exp  = $signed({2'b00, a_exp}) + $signed({2'b00, b_exp}) - $signed({2'b00, BIAS});
   assign p2_d.prod = ProdW'({1'b1, a[ManW-1:0]}) * ProdW'({1'b1, b[ManW-1:0]});
   rc_fp_pipe #(.Width($bits(p2_t)), .Stages(N2)) u_p2 (.clk_i, .d_i(p2_d), .q_o(p2_q));
@@ -60,11 +60,11 @@ module rc_fp_mul #(
   logic             two;
   logic [ProdW-2:0] sig;   // below the leading one
   assign two = p2_q.prod[ProdW-1];
-  assign sig = two ? p2_q.prod[ProdW-2:0] : {p2_q.prod[ProdW-3:0], 1'b0};
+  assign sig = p2_q.prod[ProdW-2:0] << !two;
   rc_fp_round #(.ExpW(ExpW), .ManW(ManW)) u_round (
     .sign_i(p2_q.sign), .exp_i(p2_q.exp + $signed((ExpW + 2)'(two))),
     .man_i(sig[ProdW-2-:ManW]), .guard_i(sig[ProdW-2-ManW]), .sticky_i(|sig[ProdW-3-ManW:0]),
-    .zero_i(p2_q.zero), .inf_i(p2_q.inf), .nan_i(p2_q.nan), .y_o(y_d)
+    .zero_i(p2_q.zero), .inf_i(p2_q.is_inf), .nan_i(p2_q.nan), .y_o(y_d)
   );
   rc_fp_pipe #(.Width(W), .Stages(N3)) u_p3 (.clk_i, .d_i(y_d), .q_o(y_o));
 endmodule

@@ -10,11 +10,12 @@ module rc_fp_norm #(
   output logic [Width-1:0]  y_o,
   output logic [CountW-1:0] count_o
 );
+  // A variable shift by 0 or 2^k, not an `if`: the same multiplexer in hardware, and no mispredicted branch in simulation.
   always_comb begin
     y_o = x_i;
     for (int k = CountW - 1; k >= 0; k--) begin
       count_o[k] = (y_o >> (Width - (1 << k))) == '0;
-      if (count_o[k]) y_o = y_o << (1 << k);
+      y_o = y_o << (CountW'(count_o[k]) << k);
     end
   end
 endmodule

@@ -61,7 +61,7 @@ module rc_fp_sqrt #(
 
   localparam table_t TABLE = make_table();
 
-  typedef struct packed {logic sign; logic zero; logic inf; logic nan; logic [ExpW-1:0] exp;} ctl_t;
+  typedef struct packed {logic sign; logic zero; logic is_inf; logic nan; logic [ExpW-1:0] exp;} ctl_t;
   ctl_t             p1_ctl_d, p1_ctl_q, p2_ctl_q;
   entry_t           p1_entry_d, p1_entry_q;
   logic [IntW-1:0]  p2_root_d, p2_root_q;
@@ -74,7 +74,7 @@ module rc_fp_sqrt #(
   assign max = &exp;
   assign p1_ctl_d.sign = a_i[W-1];
   assign p1_ctl_d.zero = exp == '0;
-  assign p1_ctl_d.inf  = max && (a_i[ManW-1:0] == '0);
+  assign p1_ctl_d.is_inf  = max && (a_i[ManW-1:0] == '0);
   assign p1_ctl_d.nan  = (max && (a_i[ManW-1:0] != '0)) || (a_i[W-1] && (exp != '0));
   assign p1_ctl_d.exp  = ExpW'(((ExpW + 1)'(exp) + (ExpW + 1)'(BIAS)) >> 1);
   assign p1_entry_d    = TABLE[{!exp[0], a_i[ManW-1-:IdxW]}];
@@ -99,7 +99,7 @@ module rc_fp_sqrt #(
   assign mag = {p2_ctl_q.exp, p2_root_q[IntW-1-:ManW]} + (ExpW + ManW)'(p2_root_q[IntW-1-ManW]);
   always_comb begin
     if (p2_ctl_q.nan)       y_d = {1'b0, EXP_MAX, 1'b1, {(ManW - 1) {1'b0}}};
-    else if (p2_ctl_q.inf)  y_d = {1'b0, EXP_MAX, {ManW{1'b0}}};
+    else if (p2_ctl_q.is_inf)  y_d = {1'b0, EXP_MAX, {ManW{1'b0}}};
     else if (p2_ctl_q.zero) y_d = {p2_ctl_q.sign, {(ExpW + ManW) {1'b0}}};
     else                    y_d = {1'b0, mag};
   end

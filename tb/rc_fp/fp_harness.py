@@ -21,13 +21,14 @@ def sources(*units: str) -> list[Path]:
     return rtl(*[f"fp/rc_fp_{u}.sv" for u in (units or LEAVES)], package=False)
 
 
-def run_units(a, b=None, c=None, *, exp_w: int = 7, man_w: int = 16, deeper: int = 0) -> dict[str, np.ndarray]:
-    """Results of every unit for arrays of bit patterns of one length; missing operands are 0.
+def run_units(a, b=None, c=None, *, exp_w: int = 7, man_w: int = 16, latency: int = 0) -> dict[str, np.ndarray]:
+    """Results of every unit for arrays of bit patterns of one length; missing operands are 0. latency: of all
+    units, 0 for their defaults.
 
     Returns: port of rc_fp_all, without `_o`, to uint32 array.
     """
     exe = build_verilated("rc_fp_all", [*sources(), HERE / "rc_fp_all.sv"], [HERE / "harness.cpp"],
-                          parameters={"ExpW": exp_w, "ManW": man_w, "Deeper": deeper})
+                          parameters={"ExpW": exp_w, "ManW": man_w, "Latency": latency})
     a = np.ascontiguousarray(a, dtype=np.uint32).ravel()
     b, c = (np.zeros_like(a) if x is None else np.ascontiguousarray(x, dtype=np.uint32).ravel() for x in (b, c))
     parts = []
@@ -35,6 +36,6 @@ def run_units(a, b=None, c=None, *, exp_w: int = 7, man_w: int = 16, deeper: int
         with tempfile.TemporaryDirectory() as tmp:
             operands, results = Path(tmp) / "operands", Path(tmp) / "results"
             np.concatenate([x[lo : lo + CHUNK] for x in (a, b, c)]).tofile(operands)
-            run_verilated(exe, operands, results, name=f"fp-{exp_w}-{man_w}-{deeper}-{lo}")
+            run_verilated(exe, operands, results, name=f"fp-{exp_w}-{man_w}-{latency}-{lo}")
             parts.append(np.fromfile(results, dtype=np.uint32).reshape(len(PORTS), -1))
     return dict(zip(PORTS, np.concatenate(parts, axis=1), strict=True))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// Streams operands through rc_fp_all, one triple a cycle, and its results back.
+// Streams operands through rc_fp_all, one triple a cycle, and its results back, each after its unit's latency.
 // Usage: Vrc_fp_all OPERANDS RESULTS
 // OPERANDS: uint32, n of a, then n of b, then n of c. RESULTS: uint32, n of each output in the order of PORTS.
 #include <cstdint>
@@ -38,20 +38,19 @@ int main(int argc, char** argv) {
     std::fclose(in);
 
     top->eval();
-    const size_t latency = top->latency_o;
-    for (size_t i = 0; i < n + latency - 1; ++i) {
-        const size_t j = i < n ? i : n - 1;
+    const size_t one = top->one_o, two = top->two_o;
+    const size_t latency[PORTS] = {two, two, one, two, one, two, one, one, one, one};
+    for (size_t i = 1; i < n + two; ++i) {                   // i: clock edges so far
+        const size_t j = i <= n ? i - 1 : n - 1;
         top->a_i = op[j];
         top->b_i = op[n + j];
         top->c_i = op[2 * n + j];
         top->clk_i = 1;
         top->eval();
-        if (i + 1 >= latency) {
-            uint32_t* o = &out[i + 1 - latency];
-            const uint32_t y[PORTS] = {top->add_o,  top->add3_o,      top->mul_o,       top->div_o,    top->cmp_o,
-                                       top->sqrt_o, top->from_sint_o, top->from_ufix_o, top->unorm8_o, top->unorm10_o};
-            for (int p = 0; p < PORTS; ++p) o[p * n] = y[p];
-        }
+        const uint32_t y[PORTS] = {top->add_o,  top->add3_o,      top->mul_o,       top->div_o,    top->cmp_o,
+                                   top->sqrt_o, top->from_sint_o, top->from_ufix_o, top->unorm8_o, top->unorm10_o};
+        for (int p = 0; p < PORTS; ++p)
+            if (i >= latency[p] && i - latency[p] < n) out[p * n + i - latency[p]] = y[p];
         top->clk_i = 0;
         top->eval();
     }

@@ -122,9 +122,9 @@ async def start(dut):
 
 
 def some_lines(sets, tags, total_sets):
-    """Lines of few sets, so that they compete, with tags of all ones and all zeros among them."""
+    """Lines of few sets, so that they compete, with tags of extreme values among them."""
     tag_w = 26 - (total_sets - 1).bit_length()
-    pick = [0, (1 << tag_w) - 1, *random.sample(range(1 << tag_w), tags - 2)]
+    pick = [0, 1 << tag_w - 1, (1 << tag_w) - 1, *random.sample(range(1 << tag_w), tags - 3)]
     return [t * total_sets + s for t in pick for s in random.sample(range(total_sets), sets)]
 
 

@@ -130,7 +130,8 @@ async def random_traffic(dut, p_ready, p_mem, latency):
     num, sets, ways, _ = await start(dut)
     top = (1 << 26) - 1
     for _ in range(2):
-        lines = [t * sets + s for t in random.sample(range(top // sets), 2 * ways) for s in (0, 1 % sets, sets - 1)]
+        tags = [1 << 26 - sets.bit_length(), *random.sample(range(top // sets), 2 * ways)]   # first: top bit only
+        lines = [t * sets + s for t in tags for s in (0, 1 % sets, sets - 1)]
         lines += [0, top]
         clients = [Client(draw(lines, 150), random.choice([0.3, 1.0]), p_ready, random.choice([2, 24]))
                    for _ in range(num)]
@@ -238,11 +239,14 @@ async def fairness(dut):
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")
 async def throughput(dut):
-    """Hits only: one a cycle, and a line reaches its client three cycles after S0."""
+    """Hits only: a line is offered to its client two cycles after S1; with several clients there is one a cycle."""
     num, sets, ways, _ = await start(dut)
     warm = [s for s in range(min(sets, 64))]
     bench = Bench(dut, [Client(warm)] + [Client([]) for _ in range(num - 1)])
     await bench.run()
+    bench.clients = [Client(draw(warm, 200))] + [Client([]) for _ in range(num - 1)]
+    await bench.run()
+    assert bench.clients[0].slowest == 2
     bench.clients = [Client(draw(warm, 10**9)) for _ in range(num)]
     hits = bench.hits
     await bench.run(cycles=bench.now + 1000)

@@ -101,7 +101,7 @@ async def random_traffic(dut, latency, p_out, p_req):
     """Few sets, runs of the same line, gaps everywhere; then a reset in mid-flight."""
     sets, ways = await start(dut)
     for _ in range(2):
-        tags = [0, (1 << 26) // sets - 1, *random.sample(range((1 << 26) // sets), 2 * ways)]
+        tags = [0, (1 << 25) // sets, (1 << 26) // sets - 1, *random.sample(range((1 << 26) // sets), 2 * ways)]
         lines = [t * sets + s for t in tags for s in (0, 1, sets - 1)]
         bench, model = Bench(dut, lambda: random.randint(1, 2 * latency), random.choice([0.3, 1.0]), p_out, p_req), \
             Lru(sets, ways)
@@ -133,6 +133,10 @@ async def full_rate(dut):
     bench.todo.extend((random.randrange(min(sets, 64)), 1) for _ in range(1000))
     await bench.run()
     assert bench.now - begin <= 1010, f"1000 hits took {bench.now - begin} cycles"
+    begin = bench.now
+    bench.todo.append((0, 1))
+    await bench.run()                      # both cycles included, hence + 1
+    assert bench.now - begin == (5 if int(dut.Depth.value) > 16 else 3) + 1
 
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")

@@ -152,8 +152,8 @@ def _half_area(lo, hi):
 def _clip(tris, ref, lo, hi, slack, poly, out):
     """Bounds of a triangle inside a box (Sutherland and Hodgman 1974), rounded outwards to the FP24 grid.
 
-    tris (N, 3, 3), ref the triangle, lo and hi (3,); poly (2, 12, 3) scratch; out (2, 3) bounds, inside the box. Returns False if nothing is
-    left.
+    tris (N, 3, 3), ref the triangle, lo and hi (3,); poly (2, 12, 3) scratch; out (2, 3) bounds, inside the box.
+    Returns False if nothing is left.
     """
     n = 3
     cur = 0

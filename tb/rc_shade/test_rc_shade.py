@@ -341,7 +341,8 @@ async def unknown_material(dut):
     num = sh.Numbers(bench.rng, 0.0)
     await bench.start()
     lights, mats, triangles = scene(num, 2, 20, 50)
-    triangles[7].mat = 20
+    for tri in triangles[:5]:
+        tri.mat = 20
     await bench.frame(num, lights, mats, triangles)
     await bench.run(300)
     assert bench.errors and set(bench.errors) == {9 << 32 | 20}

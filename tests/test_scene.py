@@ -2,10 +2,12 @@
 """Scene files in, arrays out: every format, every way to be broken, normals, views, the unit box, our own scenes."""
 
 import gzip
+import io
 import json
 import math
 import os
 import struct
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +35,7 @@ PUBLISHED = {
     "conference.ply": 331179,
     "sibenik.ply": 75284,
     "sibenik_textured.glb": 76529,
+    "sponza_dabrovic.zip": 66454,
     "stanford_bunny.obj": 69451,
     "stanford_dragon_res2.ply.gz": 202520,
     "stanford_dragon_res3.ply": 47794,
@@ -114,6 +117,16 @@ def test_order_is_that_of_trimesh(tmp_path):
     assert np.einsum("nij,nj->ni", got.normals, scene.face_normals(got.triangles)).min() > 0.3
 
 
+def test_packed_files(tmp_path):
+    """A scene with its material in a zip, a text file in a gz."""
+    mtl, obj = b"newmtl red\nKd 1 0 0\n", b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"
+    (tmp_path / "a.zip").write_bytes(packed({"in/m.obj": obj, "in/m.mtl": mtl, "readme.txt": b"hello"}))
+    s = scene.load_scene(tmp_path / "a.zip")
+    assert len(s.triangles) == 1 and np.allclose(s.materials[0].diffuse, (1, 0, 0)) and s.name == "a.zip"
+    (tmp_path / "a.obj.gz").write_bytes(gzip.compress(obj))
+    assert len(scene.load_scene(tmp_path / "a.obj.gz").triangles) == 1
+
+
 def test_n_gons(tmp_path):
     """Polygons become triangles that cover them."""
     (tmp_path / "q.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")
@@ -136,7 +149,7 @@ def test_published_meshes(name):
     assert np.isfinite(s.normals).all() and np.allclose(np.linalg.norm(s.normals, axis=2), 1.0)
     unit = scene.normalise(s)
     assert len(unit.triangles) == len(s.triangles) and 0.5 <= np.abs(unit.triangles).max() <= 1.0
-    if not name.endswith(".gz"):
+    if not name.endswith((".gz", ".zip")):
         mesh = trimesh.load(path, process=False)
         assert np.array_equal(s.triangles, (mesh.to_geometry() if hasattr(mesh, "to_geometry") else mesh).triangles)
 
@@ -157,6 +170,14 @@ def cut(mesh, file_type, part=0.6, **options):
     return data[: int(part * len(data))]
 
 
+def packed(files):
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return out.getvalue()
+
+
 BROKEN = {
     "empty.obj": (b"", "empty"),
     "empty.ply": (b"", "empty"),
@@ -169,6 +190,11 @@ BROKEN = {
     "noise.ply.gz": (b"no gzip at all", "cannot be read"),
     "noise.stl": (bytes(range(256)) * 4, ""),
     "noise.obj": (bytes(range(256)) * 4, ""),
+    "text.tar.gz": (gzip.compress(b"text"), "no scene file"),
+    "none.zip": (lambda: packed({"a.txt": b"text"}), "no scene file"),
+    "two.zip": (lambda: packed({"a.obj": b"v 0 0 0", "b/b.stl": b""}), "2 scene files"),
+    "noise.zip": (bytes(range(256)) * 4, "cannot be read"),
+    "nan.zip": (lambda: packed({"n.ply": ply(["0 0 0", "nan 0 0", "0 1 0"])}), "NaN"),
     "cut.glb": (lambda: cut(blob(), "glb"), "cannot be read"),
     "cut.ply": (lambda: cut(blob(), "ply"), ""),
     "cut.stl": (lambda: cut(blob(), "stl"), ""),

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 """Scene files to arrays: triangles, normals, materials, cameras and lights, and their way into the unit box.
 
-Formats: glTF and GLB, OBJ, PLY (also `.ply.gz`), STL, through trimesh; and our own generators in `scenes/`. Triangles
-keep the order in which trimesh concatenates the geometry of a scene; none is merged, dropped or turned.
+Formats: glTF and GLB, OBJ, PLY, STL, through trimesh, also inside `.gz` or `.zip`; and our own generators in `scenes/`.
+Triangles keep the order in which trimesh concatenates the geometry of a scene; none is merged, dropped or turned.
 """
 
 import contextlib
@@ -14,7 +14,9 @@ import logging
 import math
 import os
 import struct
+import tempfile
 import warnings
+import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -28,7 +30,9 @@ ROOT = Path(__file__).resolve().parents[2]
 GENERATORS = ROOT / "scenes"
 CACHE = ROOT / "build" / "scenes"
 
-SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".ply.gz", ".stl")
+SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl")
+PACKED = (".gz", ".zip")  # with one scene file inside
+MAX_UNPACKED = 1 << 31  # bytes
 MAX_TRIANGLES = (1 << 24) - 2  # triangle indices have 24 bits; all ones means "none"
 MAX_MATERIALS = 256
 MAX_COORDINATE = 1e30  # beyond this, products of coordinates leave single precision
@@ -286,9 +290,35 @@ def _merge_materials(materials, face_material):
 # ---- files -----------------------------------------------------------------------------------------------------------
 
 
-def _suffix(path):
-    name = path.name.lower()
-    return ".ply.gz" if name.endswith(".ply.gz") else path.suffix.lower()
+def _choices():
+    return f"one of {', '.join(SUFFIXES)}, or that in {' or '.join(PACKED)}"
+
+
+@contextlib.contextmanager
+def _unpacked(path):
+    """The path of the scene file itself: `path`, or what is packed in it, in a folder that goes away afterwards."""
+    if path.suffix.lower() not in PACKED:
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        inside = Path(folder)
+        if path.suffix.lower() == ".gz":
+            with gzip.open(path, "rb") as stream:
+                data = stream.read(MAX_UNPACKED + 1)
+            size = len(data)
+            (inside / path.stem).write_bytes(data[:MAX_UNPACKED])
+        else:
+            with zipfile.ZipFile(path) as archive:
+                size = sum(member.file_size for member in archive.infolist())
+                if size <= MAX_UNPACKED:
+                    archive.extractall(inside)  # turns names that would leave the folder into harmless ones
+        if size > MAX_UNPACKED:
+            raise SceneError(f"{path}: more than {MAX_UNPACKED >> 30} GB when unpacked; simplify the mesh")
+        found = sorted(p for p in inside.rglob("*") if p.is_file() and p.suffix.lower() in SUFFIXES)
+        if len(found) != 1:
+            what = "no scene file" if not found else f"{len(found)} scene files"
+            raise SceneError(f"{path}: {what} in it; unpack it and give {_choices()}")
+        yield found[0]
 
 
 def _reason(error):
@@ -296,16 +326,13 @@ def _reason(error):
     return f"{type(error).__name__}: {text[:120]}" if text else type(error).__name__
 
 
-def _read(path, suffix):
+def _read(path):
     """The file as a trimesh object, faces untouched."""
     import trimesh  # slow to import: only when a file is read
 
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        if suffix == ".ply.gz":
-            with gzip.open(path, "rb") as stream:
-                return trimesh.load(stream, file_type="ply", process=False)
         return trimesh.load(str(path), process=False)
 
 
@@ -454,24 +481,23 @@ def _check(triangles, where):
 
 
 def _load_file(path):
-    suffix = _suffix(path)
+    suffix = path.suffix.lower()
     if path.is_dir():
-        raise SceneError(f"{path}: is a directory; give a scene file ({', '.join(SUFFIXES)})")
+        raise SceneError(f"{path}: is a directory; give {_choices()}")
     if not path.exists():
-        raise SceneError(
-            f"{path}: no such file, and no scene of that name; ours are: {', '.join(scene_names()) or 'none'}"
-        )
-    if suffix not in SUFFIXES:
-        raise SceneError(
-            f"{path}: '{suffix or 'no suffix'}' is not supported; convert it to one of {', '.join(SUFFIXES)}"
-        )
+        ours = ", ".join(scene_names()) or "none"
+        raise SceneError(f"{path}: no such file, and no scene of that name; ours are: {ours}")
+    if suffix not in SUFFIXES + PACKED:
+        raise SceneError(f"{path}: '{suffix or 'no suffix'}' is not supported; convert it to {_choices()}")
     if path.stat().st_size == 0:
         raise SceneError(f"{path}: the file is empty")
     camera, lights = None, []
     try:
-        parts = [_convert_mesh(mesh, transform) for mesh, transform in _meshes(_read(path, suffix))]
-        if suffix in (".glb", ".gltf"):
-            camera, lights = _gltf_views(path)
+        with _unpacked(path) as file:
+            suffix = file.suffix.lower()
+            parts = [_convert_mesh(mesh, transform) for mesh, transform in _meshes(_read(file))]
+            if suffix in (".glb", ".gltf"):
+                camera, lights = _gltf_views(file)
     except (KeyboardInterrupt, SceneError):
         raise
     except Exception as error:  # whatever a parser raises on a broken file
@@ -523,6 +549,9 @@ def _save(scene, path):
                 face_material=scene.face_material,
                 views=np.frombuffer(json.dumps(views).encode(), np.uint8),
             )
+        for old in path.parent.glob(f"{path.stem.rsplit('-', 1)[0]}-*.npz"):
+            if old not in (part, path):
+                old.unlink()
         part.replace(path)
 
 
@@ -572,7 +601,7 @@ def _load_generator(path):
 def load_scene(path):
     """Load a scene.
 
-    Args: path of a file (`SUFFIXES`), of a generator (`.py` with `build() -> Scene`), or the name of one in `scenes/`.
+    Args: path of a file (`SUFFIXES`, `PACKED`), of a generator (`.py` with `build() -> Scene`), or the name of one in `scenes/`.
     Returns: `Scene`.
     Raises: SceneError with one line: what is wrong, where, and what to do.
     """

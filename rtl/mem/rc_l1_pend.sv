@@ -25,10 +25,8 @@ module rc_l1_pend import rc_pkg::*; #(
   always_comb begin
     same_miss = '0;
     same_free = '0;
-    for (int i = 0; i < MaxPend; i++) begin
-      if (miss_valid_i) same_miss[i] = valid_q[i] && addr_q[i] == miss_addr_i;
-      if (free_valid_i) same_free[i] = valid_q[i] && addr_q[i] == free_addr_i;
-    end
+    if (miss_valid_i) for (int i = 0; i < MaxPend; i++) same_miss[i] = valid_q[i] && addr_q[i] == miss_addr_i;
+    if (free_valid_i) for (int i = 0; i < MaxPend; i++) same_free[i] = valid_q[i] && addr_q[i] == free_addr_i;
   end
   // A line that is freed in this cycle is still known: its data are in the cache from now on, and a
   // miss seen now was looked up before. So there is no moment for a second request.
@@ -41,7 +39,7 @@ module rc_l1_pend import rc_pkg::*; #(
   always_ff @(posedge clk_i) begin
     if (!rst_ni) valid_q <= '0;
     else         valid_q <= (valid_q & ~same_free) | (push ? alloc : '0);
-    for (int i = 0; i < MaxPend; i++) if (push && alloc[i]) addr_q[i] <= miss_addr_i;
+    if (push) for (int i = 0; i < MaxPend; i++) if (alloc[i]) addr_q[i] <= miss_addr_i;
   end
 
   logic [$clog2(MaxPend+1)-1:0] unused_count;

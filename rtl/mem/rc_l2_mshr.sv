@@ -41,9 +41,7 @@ module rc_l2_mshr import rc_pkg::*; #(
 
   always_comb begin
     match = '0;
-    for (int i = 0; i < NumMshr; i++) begin
-      if (miss_valid_i) match[i] = valid_q[i] && addr_q[i] == miss_addr_i;
-    end
+    if (miss_valid_i) for (int i = 0; i < NumMshr; i++) match[i] = valid_q[i] && addr_q[i] == miss_addr_i;
   end
   assign full_o        = valid_q[tail_q];
   assign miss_merged_o = match != '0;
@@ -73,9 +71,7 @@ module rc_l2_mshr import rc_pkg::*; #(
         head_q           <= next(head_q);
       end
     end
-    for (int i = 0; i < NumMshr; i++) begin
-      if (match[i]) clients_q[i] <= clients_q[i] | miss_client_i;
-    end
+    if (miss_merged_o) for (int i = 0; i < NumMshr; i++) if (match[i]) clients_q[i] <= clients_q[i] | miss_client_i;
     if (miss_alloc_o) begin
       addr_q[tail_q]    <= miss_addr_i;
       clients_q[tail_q] <= miss_client_i;

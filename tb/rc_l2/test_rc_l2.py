@@ -133,11 +133,11 @@ async def random_traffic(dut, p_ready, p_mem, latency):
         tags = [1 << 26 - sets.bit_length(), *random.sample(range(top // sets), 2 * ways)]   # first: top bit only
         lines = [t * sets + s for t in tags for s in (0, 1 % sets, sets - 1)]
         lines += [0, top]
-        clients = [Client(draw(lines, 150), random.choice([0.3, 1.0]), p_ready, random.choice([2, 24]))
+        clients = [Client(draw(lines, 100), random.choice([0.3, 1.0]), p_ready, random.choice([2, 24]))
                    for _ in range(num)]
         bench = Bench(dut, clients, lambda: random.randint(1, 2 * latency), p_mem)
         await bench.run()
-        assert bench.hits + bench.misses + bench.merges == 150 * num and bench.misses == len(bench.asked)
+        assert bench.hits + bench.misses + bench.merges == 100 * num and bench.misses == len(bench.asked)
         assert not int(dut.busy_o.value)
         cut = Bench(dut, [Client(draw(lines, 50)) for _ in range(num)])
         await cut.run(cycles=random.randint(1, 40))

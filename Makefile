@@ -17,7 +17,8 @@ hash_of       = $(shell { $(1); } | sha256sum | cut -c1-16)
 VENV_STAMP   := $(VENV)/.created
 RENDER_STAMP := $(VENV)/.render-$(call hash_of,cat requirements/render.txt; sed '/^.tool.pytest/Q' pyproject.toml)
 DEV_STAMP    := $(VENV)/.dev-$(call hash_of,cat requirements/dev.txt requirements/render.txt)
-PIP_INSTALL   = $(PY) -m pip install --quiet --disable-pip-version-check --no-input
+# --no-compile: Python compiles what is imported, a small part, when it is imported first.
+PIP_INSTALL   = $(PY) -m pip install --quiet --disable-pip-version-check --no-input --no-compile
 
 $(VENV_STAMP):
 	@command -v $(PYTHON) >/dev/null || { echo "error: $(PYTHON) not found; see README.md, Getting started" >&2; exit 1; }

@@ -135,7 +135,7 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   logic early_lt, early_eq, early_gt_unused, t_le_tmax, clean_near, slack_near, clean_far, slack_far;
   rc_delay #(.Width(6 * FP_W), .Depth(LAT_CMP)) u_early_d (
     .clk_i, .in_i({uv[2], uv[1], uv[0], t, t_max, tmax}), .out_o({uv2, uv1, uv0, t_step2, t_max_step2, tmax_step2}));
-  rc_delay #(.Width(2), .Depth(LAT_CMP)) u_mode_boxf (.clk_i, .in_i(mode_uv), .out_o(mode_boxf));
+  rc_delay #(.Width(2), .Depth(LAT_CMP)) u_mode_boxf (.clk_i, .in_i(mode_uv), .out_o({mode_boxf}));
   always_comb begin
     early_a = lt[1] ? t_max_step2 : uv2;     // b < a of the model
     early_b = lt[0] ? uv1 : uv0;

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+"""Resources of RayCore for Virtex-6 (xc6v) by Yosys, and its functional units beside the paper's Table I.
+
+    python fpga/synth.py [--quick] [--family xc6v|xc7] [TOP ...]
+
+Reads rtl/ with the slang front end, synthesizes each FP unit, one T&I pipeline and the RTU, and fails on latches, loops or
+multiple drivers (`check -assert`; no latch cell may remain). Hierarchy is kept: a module counts once, times its instances.
+LUTs, flip-flops, DSP blocks and block RAMs are Yosys' mapping before place and route: an estimate, not a fitter's report.
+
+Writes build/synth/<top>.json and a table. The unit counts come from slang's elaboration of the RTU, not from a list.
+"""
+
+import argparse
+import json
+import multiprocessing
+import os
+import re
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+REPO = Path(__file__).resolve().parents[1]
+OUT = REPO / "build" / "synth"
+FP_UNITS = ["rc_fp_add", "rc_fp_add3", "rc_fp_mul", "rc_fp_cmp", "rc_fp_div", "rc_fp_sqrt", "rc_fp_from_int", "rc_fp_to_unorm"]
+BLOCKS = ["rc_tni_pipe", "rc_rtu"]
+
+# Paper Table I, ray-tracing unit, by unit and in all: 2-input adders, 3-input adders, comparators, multipliers, dividers,
+# square roots. The paper counts one exponential unit in each of two rows besides.
+PAPER = {
+    "Ray generation": (3, 2, 0, 6, 1, 2),
+    "Traversal and intersection": (41, 4, 60, 69, 4, 0),
+    "Hit point and shading": (17, 6, 9, 35, 6, 2),
+}
+COUNTED = ["rc_fp_add", "rc_fp_add3", "rc_fp_cmp", "rc_fp_mul", "rc_fp_div", "rc_fp_sqrt"]
+PARTS = {"u_raygen": "Ray generation", "u_tni": "Traversal and intersection", "u_shade": "Hit point and shading"}
+VIRTEX6_LX550 = {"LUT": 343_680, "FF": 687_360, "DSP": 864, "BRAM36": 632}  # Xilinx DS150, Virtex-6 family overview
+
+
+def unit_counts(top="rc_rtu"):
+    """Functional units below each child of `top`, from slang's elaboration: {child instance: Counter of modules}."""
+    import pyslang
+
+    driver = pyslang.driver.Driver()
+    driver.addStandardArgs()
+    driver.parseCommandLine(f"synth -F {REPO}/rtl/rc.f --top {top} -DSYNTHESIS")
+    if not (driver.processOptions() and driver.parseAllSources()):
+        raise SystemExit("synth: slang cannot read rtl/")
+    counts = {}
+
+    def visit(node):
+        if node.kind == pyslang.ast.SymbolKind.Instance and node.definition.name in COUNTED:
+            part = re.sub(rf"^{top}\.", "", node.hierarchicalPath).split(".")[0]
+            counts.setdefault(part, Counter())[node.definition.name] += 1
+        return True
+
+    driver.createCompilation().getRoot().visit(visit)
+    return counts
+
+
+def synthesize(job):
+    """One top in a process of its own: (top, resources or error, seconds)."""
+    top, family = job
+    began = time.time()
+    log = OUT / f"{top}.log"
+    read_end, write_end = os.pipe()
+    child = os.fork()
+    if child == 0:  # Yosys writes to the process's own output, which goes to the log
+        with log.open("w") as sink:
+            os.dup2(sink.fileno(), 1)
+            os.dup2(sink.fileno(), 2)
+        code = 1
+        try:
+            from pyosys import libyosys as ys
+
+            design = ys.Design()
+            flat = "-flatten" if top in FP_UNITS else ""
+            for command in (
+                f"read_slang --keep-hierarchy -F {REPO}/rtl/rc.f --top {top}",
+                f"synth_xilinx -family {family} -noiopad -noclkbuf {flat} -top {top}",
+                "check -assert",
+                "select -assert-none t:LD* t:$dlatch t:$_DLATCH_*",
+                f"tee -o {OUT / top}.json stat -json",
+            ):
+                ys.run_pass(command, design)
+            code = 0
+        finally:
+            os._exit(code)
+    os.close(write_end)
+    os.close(read_end)
+    _, status = os.waitpid(child, 0)
+    if status != 0:
+        lines = [line for line in log.read_text(errors="replace").splitlines() if "ERROR" in line or "error:" in line]
+        return top, (lines or ["Yosys stopped"])[-1], time.time() - began
+    return top, resources(json.loads((OUT / f"{top}.json").read_text())), time.time() - began
+
+
+def resources(stat):
+    """LUT, FF, DSP, BRAM36 and distributed RAM LUTs from Yosys' statistics of a design."""
+    cells = stat["design"]["num_cells_by_type"]
+
+    def total(pattern, weight=1):
+        return sum(n * weight for name, n in cells.items() if re.fullmatch(pattern, name))
+
+    lut_ram = {"RAM32M": 4, "RAM64M": 4, "RAM32X1D": 2, "RAM64X1D": 2, "RAM128X1D": 4, "RAM16X1D": 2}
+    return {
+        "LUT": total(r"LUT\d|INV") + sum(n * lut_ram.get(name, 0) for name, n in cells.items()),
+        "of these RAM": sum(n * lut_ram.get(name, 0) for name, n in cells.items()) + total(r"SRL\w+|SRLC\w+"),
+        "FF": total(r"FD\w+"),
+        "DSP": total(r"DSP48\w*"),
+        "BRAM36": total(r"RAMB36\w*") + total(r"RAMB18\w*", 0.5),
+    }
+
+
+def main(argv):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("top", nargs="*", help="modules (default: every FP unit, one T&I pipeline, the RTU)")
+    parser.add_argument("--family", default="xc6v", choices=["xc6v", "xc7"])
+    parser.add_argument("--quick", action="store_true", help="FP units and unit counts only")
+    args = parser.parse_args(argv)
+    OUT.mkdir(parents=True, exist_ok=True)
+    tops = args.top or (FP_UNITS if args.quick else FP_UNITS + BLOCKS)
+    console = Console(width=120)
+
+    counts = unit_counts()
+    table = Table(title="Functional units of the elaborated RTU, and the paper's (Table I)")
+    table.add_column("unit")
+    for name in ("2-input adder", "3-input adder", "comparator", "multiplier", "divider", "square root"):
+        table.add_column(name, justify="right")
+    sums = Counter()
+    for part, name in PARTS.items():
+        sums.update(counts.get(part, Counter()))
+        table.add_row(name, *(f"{counts.get(part, Counter())[c]} / {p}" for c, p in zip(COUNTED, PAPER[name], strict=True)))
+    total = [sum(column) for column in zip(*PAPER.values(), strict=True)]
+    table.add_row("all", *(f"{sums[c]} / {p}" for c, p in zip(COUNTED, total, strict=True)), style="bold")
+    console.print(table)
+    (OUT / "units.json").write_text(json.dumps({k: dict(v) for k, v in counts.items()}, indent=1))
+
+    table = Table(title=f"Yosys, {args.family}; share of a Virtex-6 LX550 in brackets")
+    table.add_column("module")
+    for name in ("LUT", "of these RAM", "FF", "DSP", "BRAM36", "seconds"):
+        table.add_column(name, justify="right")
+    failed = 0
+    with multiprocessing.Pool(min(2, os.cpu_count() or 1)) as pool:
+        jobs = sorted(((t, args.family) for t in tops), key=lambda j: j[0] in FP_UNITS)   # the long ones first
+        done = {}
+        for top, result, seconds in pool.imap_unordered(synthesize, jobs):
+            console.print(f"[dim]{top}: {seconds:.0f} s[/dim]")
+            done[top] = result, seconds
+    for top in tops:
+        result, seconds = done[top]
+        if isinstance(result, str):
+            failed += 1
+            table.add_row(top, result, *[""] * 4, f"{seconds:.0f}", style="red")
+            continue
+        cells = [f"{result[k]:,.0f}" if k not in VIRTEX6_LX550 or top not in BLOCKS
+                 else f"{result[k]:,.0f} ({result[k] / VIRTEX6_LX550[k]:.0%})" for k in result]  # fmt: skip
+        table.add_row(top, *cells, f"{seconds:.0f}")
+    console.print(table)
+    if failed:
+        console.print(f"synth: {failed} of {len(tops)} failed, logs in {OUT.relative_to(REPO)}/")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

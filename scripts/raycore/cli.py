@@ -28,9 +28,9 @@ _UsageError = typer.BadParameter.__mro__[1]
 class _Commands(TyperGroup):
     """Ends every error with one line on stderr and an exit code."""
 
-    def main(self, *args, standalone_mode=True, **more):
+    def main(self, args=None, prog_name="raycore", standalone_mode=True, **more):
         try:
-            code = super().main(*args, standalone_mode=False, **more)
+            code = super().main(args, prog_name or "raycore", standalone_mode=False, **more)
         except _UsageError as error:
             command = error.ctx.command_path if error.ctx else "raycore"
             _die(f"{' '.join(error.format_message().split())} (see {command} --help)", BAD_INPUT)

@@ -55,14 +55,16 @@ module rc_fp_add3 #(
 
   // P1: all differences of exponents at once; those that are negative are never used, but for equal operands (below).
   logic [2:0][ExpW-1:0] exp;
-  logic [2:0]           is_inf, nan;
+  logic [2:0]           max, frac, is_inf, nan;
   logic [ExpW-1:0]      ab, ac, bc;                  // differences of exponents
   logic                 ab_neg, ac_neg, bc_neg;
   logic                 ab_cancel, ac_cancel, bc_cancel;
   logic                 a_top, b_top, c_top;
-  assign exp = {c_i[ManW+:ExpW], b_i[ManW+:ExpW], a_i[ManW+:ExpW]};
-  assign is_inf = {(&exp[2]) && (c_i[ManW-1:0] == '0), (&exp[1]) && (b_i[ManW-1:0] == '0), (&exp[0]) && (a_i[ManW-1:0] == '0)};
-  assign nan = {(&exp[2]) && (c_i[ManW-1:0] != '0), (&exp[1]) && (b_i[ManW-1:0] != '0), (&exp[0]) && (a_i[ManW-1:0] != '0)};
+  assign exp    = {c_i[ManW+:ExpW], b_i[ManW+:ExpW], a_i[ManW+:ExpW]};
+  assign max    = {&exp[2], &exp[1], &exp[0]};
+  assign frac   = {c_i[ManW-1:0] != '0, b_i[ManW-1:0] != '0, a_i[ManW-1:0] != '0};
+  assign is_inf = max & ~frac;
+  assign nan    = max & frac;
   assign {ab_neg, ab} = {1'b0, exp[0]} - {1'b0, exp[1]};
   assign {ac_neg, ac} = {1'b0, exp[0]} - {1'b0, exp[2]};
   assign {bc_neg, bc} = {1'b0, exp[1]} - {1'b0, exp[2]};
@@ -83,7 +85,7 @@ module rc_fp_add3 #(
   assign p1_ctl_d.exp       = ({ExpW{a_top}} & exp[0]) | ({ExpW{b_top}} & exp[1]) | ({ExpW{c_top}} & exp[2]);
   assign p1_ctl_d.zero_sign = &p1_sign_d;            // of three negative operands with sum zero, each is -0
   assign p1_ctl_d.nan       = (nan != '0) || (((is_inf & p1_sign_d) != '0) && ((is_inf & ~p1_sign_d) != '0));
-  assign p1_ctl_d.is_inf       = is_inf != '0;
+  assign p1_ctl_d.is_inf    = is_inf != '0;
   assign p1_ctl_d.inf_sign  = (is_inf & p1_sign_d) != '0;
   rc_fp_pipe #(.Width($bits(ctl_t)), .Stages(N1)) u_p1_ctl (.clk_i, .d_i(p1_ctl_d), .q_o(p1_ctl_q));
   rc_fp_pipe #(.Width(3), .Stages(N1)) u_p1_sign (.clk_i, .d_i(p1_sign_d), .q_o(p1_sign_q));

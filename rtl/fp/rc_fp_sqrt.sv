@@ -72,12 +72,12 @@ module rc_fp_sqrt #(
   logic            max;
   assign exp = a_i[ManW+:ExpW];
   assign max = &exp;
-  assign p1_ctl_d.sign = a_i[W-1];
-  assign p1_ctl_d.zero = exp == '0;
-  assign p1_ctl_d.is_inf  = max && (a_i[ManW-1:0] == '0);
-  assign p1_ctl_d.nan  = (max && (a_i[ManW-1:0] != '0)) || (a_i[W-1] && (exp != '0));
-  assign p1_ctl_d.exp  = ExpW'(((ExpW + 1)'(exp) + (ExpW + 1)'(BIAS)) >> 1);
-  assign p1_entry_d    = TABLE[{!exp[0], a_i[ManW-1-:IdxW]}];
+  assign p1_ctl_d.sign   = a_i[W-1];
+  assign p1_ctl_d.zero   = exp == '0;
+  assign p1_ctl_d.is_inf = max && (a_i[ManW-1:0] == '0);
+  assign p1_ctl_d.nan    = (max && (a_i[ManW-1:0] != '0)) || (a_i[W-1] && (exp != '0));
+  assign p1_ctl_d.exp    = ExpW'(((ExpW + 1)'(exp) + (ExpW + 1)'(BIAS)) >> 1);
+  assign p1_entry_d      = TABLE[{!exp[0], a_i[ManW-1-:IdxW]}];
   rc_fp_pipe #(.Width($bits(ctl_t)), .Stages(N1)) u_p1_ctl (.clk_i, .d_i(p1_ctl_d), .q_o(p1_ctl_q));
   rc_fp_pipe #(.Width($bits(entry_t)), .Stages(N1)) u_p1_entry (.clk_i, .d_i(p1_entry_d), .q_o(p1_entry_q));
 
@@ -98,10 +98,10 @@ module rc_fp_sqrt #(
   logic [ExpW+ManW-1:0] mag;
   assign mag = {p2_ctl_q.exp, p2_root_q[IntW-1-:ManW]} + (ExpW + ManW)'(p2_root_q[IntW-1-ManW]);
   always_comb begin
-    if (p2_ctl_q.nan)       y_d = {1'b0, EXP_MAX, 1'b1, {(ManW - 1) {1'b0}}};
-    else if (p2_ctl_q.is_inf)  y_d = {1'b0, EXP_MAX, {ManW{1'b0}}};
-    else if (p2_ctl_q.zero) y_d = {p2_ctl_q.sign, {(ExpW + ManW) {1'b0}}};
-    else                    y_d = {1'b0, mag};
+    if (p2_ctl_q.nan)         y_d = {1'b0, EXP_MAX, 1'b1, {(ManW - 1) {1'b0}}};
+    else if (p2_ctl_q.is_inf) y_d = {1'b0, EXP_MAX, {ManW{1'b0}}};
+    else if (p2_ctl_q.zero)   y_d = {p2_ctl_q.sign, {(ExpW + ManW) {1'b0}}};
+    else                      y_d = {1'b0, mag};
   end
   rc_fp_pipe #(.Width(W), .Stages(N3)) u_p3 (.clk_i, .d_i(y_d), .q_o(y_o));
   if (IntW > ManW + 1) begin : gen_unused

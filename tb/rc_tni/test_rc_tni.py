@@ -10,7 +10,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from raycore import kdtree
-from raycore.tbutil import rtl, run_cocotb
+from raycore.tbutil import package_with_latencies, rtl, run_cocotb
 from tni_bench import Bench, ray_word, soup
 
 SOURCES = [
@@ -146,7 +146,15 @@ async def bad_memory(dut):
     assert inner
 
 
-@pytest.mark.parametrize("parameters", [{}, {"NtSets": 2, "ListSets": 2, "L2Sets": 2}], ids=["default", "tiny_caches"])
-def test_rc_tni(parameters):
-    run_cocotb("rc_tni", rtl(*SOURCES), "test_rc_tni", parameters=parameters,
-               env={"TNI_RAYS": "1500" if not parameters else "500"})  # fmt: skip
+# Deeper units must give a longer ring and the same hits; its loop must still fit the L1 lock twice.
+DEEP = {"ADD": 4, "ADD3": 5, "MUL": 3, "CMP": 2, "DIV": 9}
+
+
+@pytest.mark.parametrize("config", ["paper", "deep"])
+def test_rc_tni(config):
+    """Small caches with the paper's latencies, default ones (frames test those too) with deep pipelines."""
+    if config == "paper":
+        run_cocotb("rc_tni", rtl(*SOURCES), "test_rc_tni", parameters={"NtSets": 4, "ListSets": 2, "L2Sets": 4})
+    else:
+        sources = [package_with_latencies(**DEEP), *rtl(*SOURCES, package=False)]
+        run_cocotb("rc_tni", sources, "test_rc_tni", parameters={"L1Lock": 128}, env={"TNI_RAYS": "300"})

@@ -144,7 +144,7 @@ async def frames(dut):
 
 
 def test_rc_regs():
-    run_cocotb("rc_top", sources(), "test_rc_regs", build_args=["lint/rc_top.vlt"])
+    run_cocotb("rc_top", sources(), "test_rc_regs", build_args=["lint/rc_top.vlt"], public=["s_axil*", "m_axi*"])
 
 
 def test_generated():

@@ -61,7 +61,8 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   logic [1:0] axis;
   visit_t visit2;
   rc_delay #(.Width(2 + 3 * VEC_W), .Depth(P_OPER2 - P_OPER)) u_ray (
-    .clk_i, .in_i({mode_oper_i, ray_oper_i.org, ray_oper_i.dir, ray_oper_i.inv_dir}), .out_o({mode_oper2, org, dir, inv}));
+    .clk_i, .in_i({mode_oper_i, ray_oper_i.org, ray_oper_i.dir, ray_oper_i.inv_dir}),
+    .out_o({mode_oper2, org, dir, inv}));
   rc_delay #(.Width(2 * FP_W), .Depth(P_OPER2 - P_OFF)) u_ouv (.clk_i, .in_i({ou_off_i, ov_off_i}), .out_o({ou, ov}));
   rc_delay #(.Width(2 * FP_W), .Depth(P_OPER2 - P_TD)) u_td (.clk_i, .in_i({tdu_td_i, tdv_td_i}), .out_o({tdu, tdv}));
   assign axis = (visit2_oper2_i.node.axis == 2'd3) ? 2'd0 : visit2_oper2_i.node.axis;
@@ -110,7 +111,8 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
     .clk_i, .in_i({mode_off2, mul_off2[0][FP_W-2:0] == FP_HUGE[FP_W-2:0]}), .out_o({mode_uv, inv_huge}));
   rc_delay #(.Width(FP_W), .Depth(P_UV - P_T)) u_t (.clk_i, .in_i(t_i), .out_o(t));
   rc_delay #(.Width(3 * FP_W + 1), .Depth(P_UV - P_OPER)) u_best (
-    .clk_i, .in_i({best_oper_i, ray_oper_i.t_max, tmax_oper_i, best_slack_oper_i}), .out_o({best, t_max, tmax, best_slack}));
+    .clk_i, .in_i({best_oper_i, ray_oper_i.t_max, tmax_oper_i, best_slack_oper_i}),
+    .out_o({best, t_max, tmax, best_slack}));
   rc_delay #(.Width($bits(visit_t)), .Depth(P_UV - P_OPER2)) u_visit2 (.clk_i, .in_i(visit2), .out_o(visit2_uv));
   always_comb begin
     cmp_a = {4{uv[0]}};

@@ -31,7 +31,7 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
   input  fp_t        done_t_i
 );
   localparam int unsigned SLOTS = 1 << SLOT_W;
-  typedef struct packed {slot_t slot; logic hit; fp_t t;} done_t_s;
+  typedef struct packed {slot_t slot; logic hit; fp_t t;} outcome_t;
   typedef struct packed {idx_t tri_idx; fp_t beta; fp_t gamma;} where_t;
   typedef struct packed {ray_id_t id; logic any_hit;} name_t;
 
@@ -56,12 +56,12 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
     .rdata_o(rd_ray_o));
 
   // ---- out: a finished slot is read, then offered -----------------------------------------------------------
-  done_t_s     done;
+  outcome_t    done;
   where_t      where;
   name_t       name;
   logic        done_valid, read, out_hit_q;
   fp_t         out_t_q;
-  rc_fifo #(.data_t(done_t_s), .Depth(SLOTS)) u_done (
+  rc_fifo #(.data_t(outcome_t), .Depth(SLOTS)) u_done (
     .clk_i, .rst_ni, .in_valid_i(done_valid_i), .in_ready_o(done_ready),
     .in_data_i({done_slot_i, done_hit_i, done_t_i}),
     .out_valid_o(done_valid), .out_ready_i(read), .out_data_o(done), .count_o(done_count_unused));

@@ -52,9 +52,10 @@ def decode(nodes, entries, accel_words, box, root):
     def field(word, shift):
         return fp24.from_bits((words[:, word] >> np.uint64(shift)) & f24)
 
-    b_v = ((words[:, 2] >> np.uint64(48)) & np.uint64(0xFFF)) | (((words[:, 3] >> np.uint64(48)) & np.uint64(0xFFF)) << np.uint64(12))
+    low, high = ((words[:, n] >> np.uint64(48)) & np.uint64(0xFFF) for n in (2, 3))
+    b_v = fp24.from_bits(low | (high << np.uint64(12)))
     accel = np.stack(
-        [field(0, 0), field(0, 24), field(1, 0), field(1, 24), field(2, 0), field(2, 24), fp24.from_bits(b_v), field(3, 0), field(3, 24)],
+        [field(0, 0), field(0, 24), field(1, 0), field(1, 24), field(2, 0), field(2, 24), b_v, field(3, 0), field(3, 24)],
         axis=1,
     )
     flags = (words[:, 0] >> np.uint64(48)).astype(np.int64)

@@ -154,7 +154,8 @@ DEEP = {"ADD": 4, "ADD3": 5, "MUL": 3, "CMP": 2, "DIV": 9}
 def test_rc_tni(config):
     """Small caches with the paper's latencies, default ones (frames test those too) with deep pipelines."""
     if config == "paper":
-        run_cocotb("rc_tni", rtl(*SOURCES), "test_rc_tni", parameters={"NtSets": 4, "ListSets": 2, "L2Sets": 4})
+        run_cocotb("rc_tni", rtl(*SOURCES), "test_rc_tni", parameters={"NtSets": 16, "ListSets": 8, "L2Sets": 16},
+                   env={"TNI_RAYS": "400"})
     else:
         sources = [package_with_latencies(**DEEP), *rtl(*SOURCES, package=False)]
         run_cocotb("rc_tni", sources, "test_rc_tni", parameters={"L1Lock": 128}, env={"TNI_RAYS": "300"})

@@ -296,6 +296,65 @@ def test_root_plane_is_the_cheapest(name):
         assert costs[w.axis[0], w.split[0]] == pytest.approx(cheapest, rel=1e-12) and cheapest < leaf
 
 
+def naive_build(tris, ids, lo, hi, depth, p):
+    """The same tree in the plainest way: every plane of every node anew, no event lists. {(box, triangles)} of the leaves.
+
+    What a triangle occupies of the node comes from `kdtree._clip`, which has a test of its own, or from its bounding box.
+    """
+    poly, out = np.empty((2, 12, 3)), np.empty((2, 3))
+    bounds = {}
+    for i in ids:
+        if not p.clip:
+            bounds[i] = np.stack((np.clip(tris[i].min(axis=0), lo, hi), np.clip(tris[i].max(axis=0), lo, hi)))
+        elif np.all(tris[i] >= lo) and np.all(tris[i] <= hi):
+            bounds[i] = np.stack((tris[i].min(axis=0), tris[i].max(axis=0)))
+        elif kdtree._clip(tris, i, lo, hi, kdtree._CLIP_SLACK, poly, out):
+            bounds[i] = out.copy()
+    n, size = len(bounds), hi - lo
+    half = size[0] * size[1] + size[1] * size[2] + size[2] * size[0]
+    best = (p.cost_intersect * n * half,)
+    if n > p.max_leaf and depth < p.max_depth:
+        for axis in range(3):
+            u, v = size[(axis + 1) % 3], size[(axis + 2) % 3]
+            low, high = (np.array([b[k, axis] for b in bounds.values()]) for k in (0, 1))
+            for plane in np.unique(np.concatenate((low, high))):
+                flat = np.count_nonzero((low == plane) & (high == plane))
+                left, right = np.count_nonzero(low < plane), np.count_nonzero(high > plane)
+                sides = [(left + flat, right, True), (left, right + flat, False)][: 2 if flat else 1]
+                if plane == lo[axis] or plane == hi[axis]:
+                    keep = plane == lo[axis]
+                    useful = flat and (right if keep else left) and lo[axis] < hi[axis]
+                    sides = [s for s in sides if s[2] == keep] if useful else []
+                for nl, nr, to_left in sides:
+                    whole = u * v + (u + v) * size[axis]
+                    cost = p.cost_intersect * (
+                        (u * v + (u + v) * (plane - lo[axis])) * nl + (u * v + (u + v) * (hi[axis] - plane)) * nr
+                    )
+                    cost = (p.cost_traverse * whole + cost) * (p.empty_bonus if nl == 0 or nr == 0 else 1.0)
+                    if cost < best[0] * (1.0 - 1e-12):  # ties go to the plane met first
+                        best = (cost, axis, plane, to_left)
+    if len(best) == 1:
+        return {(tuple(lo), tuple(hi), tuple(sorted(bounds)))} if n else set()
+    _, axis, plane, to_left = best
+    left = [i for i, b in bounds.items() if b[0, axis] < plane or (b[1, axis] == plane == b[0, axis] and to_left)]
+    right = [i for i, b in bounds.items() if b[1, axis] > plane or (b[1, axis] == plane == b[0, axis] and not to_left)]
+    mid_hi, mid_lo = hi.copy(), lo.copy()
+    mid_hi[axis] = mid_lo[axis] = plane
+    return naive_build(tris, left, lo, mid_hi, depth + 1, p) | naive_build(tris, right, mid_lo, hi, depth + 1, p)
+
+
+@pytest.mark.parametrize("name", ["five", "twice", "plane", "needles", "room", "boxes in rows", "zero area"])
+@pytest.mark.parametrize("clip", [True, False])
+def test_whole_tree_is_that_of_a_naive_builder(name, clip):
+    """Leaf by leaf the tree of a builder that searches every node from scratch."""
+    tris = MESHES[name][~no_area(MESHES[name])]
+    p = kdtree.Params(clip=clip, max_depth=9)
+    w = kdtree.walk(kdtree.build(tris, None, p))
+    got = {(tuple(w.box[row, 0]), tuple(w.box[row, 1]), tuple(members.tolist())) for row, members in w.leaves}
+    want = naive_build(tris, range(len(tris)), tris.min(axis=(0, 1)), tris.max(axis=(0, 1)), 0, p)
+    assert got == want
+
+
 def exact_clip(tri, lo, hi):
     """Bounds of a triangle in a box in rational arithmetic, or None."""
     poly = [[Fraction(float(c)) for c in v] for v in tri]

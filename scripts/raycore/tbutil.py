@@ -36,7 +36,7 @@ TB_BUILD = BUILD / "tb"
 COVERAGE_DIR = BUILD / "coverage"
 
 # Ports follow STYLE: _i, _o, _ni, _no; AXI ports keep the names of the standard behind a prefix.
-_PORT_PATTERNS = ("*_i", "*_o", "*_ni", "*_no", "[ms]_axi*", "clk", "rst")
+_PORT_PATTERNS = ("*_i", "*_o", "*_ni", "*_no", "?_axi*", "clk", "rst")
 _COVERAGE_ARGS = ("--coverage-line", "--coverage-toggle")   # plain --coverage crashes Verilator 5.048
 
 

@@ -85,7 +85,7 @@ module rc_frame_ctrl import rc_pkg::*; import rc_top_pkg::*; #(
 
   assign clear_o     = state_q == IDLE && start_i;
   assign count_o     = state_q != IDLE && state_q != END;
-  assign stop_o      = state_q == STOP;
+  assign stop_o      = state_q == STOP || state_q == END;      // the units' reset takes hold after END
   assign unit_rst_no = state_q == LOAD || state_q == TRACE || state_q == STOP ||
                        (state_q == CHECK && wait_q == CHECK_CYCLES);   // to take load_start_o
   assign end_o       = state_q == END;

@@ -255,7 +255,8 @@ def edge_slack(eye, bounds):
 
     The error of a hit's distance t is about 2^-17 t, and on a steep triangle it moves the hit point across an edge. So the
     slack that an eye amid the scene needs (2^-17) grows with the distance from which a scene is looked at.
-    Measured at 800x480 (docs/cli.md, Edge slack): the bunny from 1.3 half sizes has 17 holes with the slack as it is, 4 with three times.
+    Measured at 800x480 (docs/cli.md, Edge slack): the bunny from 1.3 half sizes has 17 holes with the slack as it is, 4
+    with three times.
     """
     outside = np.linalg.norm(np.maximum(np.maximum(bounds[0] - eye, eye - bounds[1]), 0.0))
     return triaccel.EDGE_SLACK * float(min(1.0 + SLACK_GROWTH * outside, MAX_SLACK))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 """Resources of RayCore for Virtex-6 (xc6v) by Yosys, and its functional units beside the paper's Table I.
 
-    python fpga/synth.py [--quick] [--family xc6v|xc7] [TOP ...]
+    python fpga/synth.py [--quick | --report] [--family xc6v|xc7] [TOP ...]
 
 Reads rtl/ with the slang front end, synthesizes each FP unit, one T&I pipeline and the RTU, and fails on latches, loops or
 multiple drivers (`check -assert`; no latch cell may remain). Hierarchy is kept and the same logic is
@@ -55,7 +55,8 @@ def unit_counts(top="rc_rtu"):
     counts = {}
 
     def visit(node):
-        if node.kind == pyslang.ast.SymbolKind.Instance and node.definition.name in (*FP_UNITS, PIPE):
+        if (node.kind == pyslang.ast.SymbolKind.Instance and node.hierarchicalPath != top
+                and node.definition.name in (*FP_UNITS, PIPE)):
             part = re.sub(rf"^{top}\.", "", node.hierarchicalPath).split(".")[0]
             counts.setdefault(part, Counter())[node.definition.name] += 1
         return True
@@ -66,8 +67,11 @@ def unit_counts(top="rc_rtu"):
 
 def synthesize(job):
     """One top in a process of its own: (top, resources or error, seconds)."""
-    top, family = job
+    top, family, again = job
     began = time.time()
+    if not again:
+        stat = OUT / f"{top}.json"
+        return top, resources(json.loads(stat.read_text())) if stat.is_file() else "not synthesized yet", 0.0
     log = OUT / f"{top}.log"
     read_end, write_end = os.pipe()
     child = os.fork()
@@ -126,6 +130,7 @@ def main(argv):
     parser.add_argument("top", nargs="*", help="modules (default: every FP unit, one T&I pipeline, the RTU)")
     parser.add_argument("--family", default="xc6v", choices=["xc6v", "xc7"])
     parser.add_argument("--quick", action="store_true", help="FP units and unit counts only")
+    parser.add_argument("--report", action="store_true", help="table of the last run, nothing is synthesized again")
     args = parser.parse_args(argv)
     OUT.mkdir(parents=True, exist_ok=True)
     tops = args.top or (FP_UNITS if args.quick else FP_UNITS + BLOCKS)
@@ -150,7 +155,7 @@ def main(argv):
         table.add_column(name, justify="right")
     failed = 0
     with multiprocessing.Pool(min(2, os.cpu_count() or 1)) as pool:
-        jobs = sorted(((t, args.family) for t in tops), key=lambda j: j[0] in FP_UNITS)   # the long ones first
+        jobs = sorted(((t, args.family, not args.report) for t in tops), key=lambda j: j[0] in FP_UNITS)   # the long ones first
         done = {}
         for top, result, seconds in pool.imap_unordered(synthesize, jobs):
             console.print(f"[dim]{top}: {seconds:.0f} s[/dim]")

@@ -8,10 +8,10 @@ import cocotb
 import pytest
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, RisingEdge
+from tni_bench import Bench, ray_word, soup
 
 from raycore import kdtree
 from raycore.tbutil import package_with_latencies, rtl, run_cocotb
-from tni_bench import Bench, ray_word, soup
 
 SOURCES = [
     "prim/rc_delay.sv", "prim/rc_fifo.sv", "prim/rc_idx_pool.sv", "prim/rc_ram_1r1w.sv", "prim/rc_rr_arb.sv",

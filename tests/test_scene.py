@@ -477,6 +477,14 @@ def test_unit_box(scale):
     assert len(np.unique(unit.triangles.reshape(-1, 3), axis=0)) == len(np.unique(tris.reshape(-1, 3), axis=0))
 
 
+def test_power_of_two_fills_the_box():
+    """A scene whose half size is a power of two reaches exactly 1; a little more halves the scale."""
+    for size, scale_exp in ((2.0, 0), (2.0000001, 1), (16.0, 3), (0.5, -2)):
+        tris = np.asarray(trimesh.creation.box((size, size / 2, size / 4)).triangles)
+        s = scene.Scene("s", tris, scene.smooth_normals(tris), np.zeros(len(tris), np.int32), [])
+        assert scene.normalise(s).scale_exp == scale_exp
+
+
 def test_far_from_the_origin():
     """A scene far away loses nothing: it is centred before it is rounded."""
     tris = np.asarray(blob().triangles) + 2.0**20

@@ -36,10 +36,9 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   output tni_ev_t    ev_o
 );
   // ---- the ring ------------------------------------------------------------------------------------------
-  state_t [P_TOP:1] s_q;
   logic   [P_TOP:1] v_q;                   // a ray is here
   logic   [P_TOP:1] a_q;                   // ... and works in this pass
-  state_t           next, fresh;
+  state_t           next, fresh, top;
   logic             next_done, done_q, loops, enter_valid;
   slot_t            enter_slot;
   fp_t              best_oper;
@@ -50,16 +49,27 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
     fresh.slot = enter_slot;
     fresh.mode = BOX;
   end
+  for (genvar i = 1; i <= P_TOP; i++) begin : gen_p   // a register by itself for each stage, as in rc_delay
+    state_t s_q;
+    if (i == 1) begin : gen_enter
+      always_ff @(posedge clk_i) s_q <= loops ? top : fresh;
+    end else if (i == P_OPER + 1) begin : gen_best
+      always_ff @(posedge clk_i) begin
+        s_q      <= gen_p[i-1].s_q;
+        s_q.best <= best_oper;
+      end
+    end else if (i == P_TOP) begin : gen_next
+      always_ff @(posedge clk_i) s_q <= next;
+    end else begin : gen_pass
+      always_ff @(posedge clk_i) s_q <= gen_p[i-1].s_q;
+    end
+  end
+  assign top = gen_p[P_TOP].s_q;
   always_ff @(posedge clk_i) begin
-    s_q[1] <= loops ? s_q[P_TOP] : fresh;
-    for (int i = 2; i <= P_TOP; i++) s_q[i] <= s_q[i-1];
-    s_q[P_OPER+1].best <= best_oper;
-    s_q[P_TOP]         <= next;
-    a_q[1] <= 1'b1;
-    for (int i = 2; i <= P_TOP; i++) a_q[i] <= a_q[i-1];
+    a_q            <= {a_q[P_TOP-1:1], 1'b1};
     a_q[P_INDEX+1] <= act_index;
     a_q[P_LINE+1]  <= act_line;
-    done_q <= next_done;
+    done_q         <= next_done;
     if (!rst_ni) v_q <= '0;
     else v_q <= {v_q[P_TOP-1:1], loops || enter_valid};
   end
@@ -68,12 +78,12 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   logic  list_want, list_bad, list_hit, list_miss, list_bad_q;
   line_t list_line;
   logic [3:0] unused_list;
-  assign list_want = v_q[P_LIST] && s_q[P_LIST].mode == ISECT && !s_q[P_LIST].direct;
-  assign list_bad  = list_want && s_q[P_LIST].idx >= cfg_i.list_count;
+  assign list_want = v_q[P_LIST] && gen_p[P_LIST].s_q.mode == ISECT && !gen_p[P_LIST].s_q.direct;
+  assign list_bad  = list_want && gen_p[P_LIST].s_q.idx >= cfg_i.list_count;
   rc_l1 #(.Sets(ListSets), .Lock(L1Lock)) u_l1_list (
     .clk_i, .rst_ni,
     .lookup_valid_i(list_want && !list_bad),
-    .lookup_addr_i(cfg_i.list_base + line_addr_t'(s_q[P_LIST].idx[IDX_W-1:4])),
+    .lookup_addr_i(cfg_i.list_base + line_addr_t'(gen_p[P_LIST].s_q.idx[IDX_W-1:4])),
     .hit_o(list_hit), .miss_o(list_miss), .line_o(list_line),
     .req_valid_o(req_valid_o[1]), .req_ready_i(req_ready_i[1]), .req_addr_o(req_addr_o[1]),
     .fill_valid_i(fill_valid_i[1]), .fill_ready_o(fill_ready_o[1]), .fill_addr_i, .fill_line_i,
@@ -86,7 +96,7 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   idx_t        what, what_q;
   logic        from_list, last_index, nt_want, nt_bad, nt_want_q;
   line_addr_t  nt_addr_q;
-  assign si        = s_q[P_INDEX];
+  assign si        = gen_p[P_INDEX].s_q;
   assign entry     = si.idx[0] ? list_entry_t'(list_line[si.idx[3:1]][57:32])
                                : list_entry_t'(list_line[si.idx[3:1]][25:0]);
   assign from_list = si.mode == ISECT && !si.direct;
@@ -116,7 +126,7 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
     .req_valid_o(req_valid_o[0]), .req_ready_i(req_ready_i[0]), .req_addr_o(req_addr_o[0]),
     .fill_valid_i(fill_valid_i[0]), .fill_ready_o(fill_ready_o[0]), .fill_addr_i, .fill_line_i,
     .ev_conflict_o(unused_nt[0]), .ev_drop_o(unused_nt[1]), .ev_locked_o(unused_nt[2]), .busy_o(unused_nt[3]));
-  assign act_line = a_q[P_LINE] && (s_q[P_LINE].mode == BOX || nt_hit);
+  assign act_line = a_q[P_LINE] && (gen_p[P_LINE].s_q.mode == BOX || nt_hit);
   always_ff @(posedge clk_i) line_oper_q <= nt_line;
   rc_delay #(.Width(IDX_W), .Depth(P_OPER - P_NT)) u_what (.clk_i, .in_i(what_q), .out_o(what_oper));
 
@@ -128,7 +138,7 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   logic   two_oper2, two_next2, two, den_zero, le_tmax_step1, lt_stack_step1, best_le_tmax, best_lt_stack, best_lt_pop;
   fp_t    box_tmin_boxn, ou, ov, t_t, tdu, tdv, box_tmin, box_tmax, t, beta, gamma;
   logic   box_hit, accept, slack, t_le_tmax;
-  assign so        = s_q[P_OPER];
+  assign so        = gen_p[P_OPER].s_q;
   assign best_oper = (so.mode == BOX) ? ray_oper.t_max : so.best;
   rc_tni_front u_front (
     .clk_i, .box_lo_i(cfg_i.box_lo), .box_hi_i(cfg_i.box_hi), .mode_oper_i(so.mode), .ray_oper_i(ray_oper),
@@ -153,8 +163,8 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   state_t sr, sn;
   logic   pushes, popped1, push1, push2, overflow;
   logic [1:0] pushed_next2, pushed;
-  assign sr = s_q[P_SCALE-1];
-  assign sn = s_q[P_NEXT2];
+  assign sr = gen_p[P_SCALE-1].s_q;
+  assign sn = gen_p[P_NEXT2].s_q;
   assign pushes  = v_q[P_NEXT2] && a_q[P_NEXT2] && sn.mode == TRAV;
   assign popped1 = two_next2 && step_next2.go == GO_POP && step1_next2.push;   // popped before it was pushed
   assign push1   = pushes && step1_next2.push && !popped1;
@@ -177,7 +187,7 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   state_t s;
   logic   act, any_hit, last, pop_wanted, pop_none, hit_valid;
   idx_t   tri_idx;
-  assign s   = s_q[P_END];
+  assign s   = gen_p[P_END].s_q;
   assign act = v_q[P_END] && a_q[P_END];
   rc_delay #(.Width(1 + IDX_W), .Depth(P_END - P_OPER)) u_tri (
     .clk_i, .in_i({ray_oper.any_hit, what_oper}), .out_o({any_hit, tri_idx}));
@@ -234,10 +244,10 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   rc_tni_rays u_rays (
     .clk_i, .rst_ni, .in_valid_i, .in_ready_o, .in_i, .out_valid_o, .out_ready_i, .out_o,
     .enter_valid_o(enter_valid), .enter_ready_i(!loops), .enter_slot_o(enter_slot),
-    .rd_valid_i(v_q[P_LINE]), .rd_slot_i(s_q[P_LINE].slot), .rd_ray_o(ray_oper),
+    .rd_valid_i(v_q[P_LINE]), .rd_slot_i(gen_p[P_LINE].s_q.slot), .rd_ray_o(ray_oper),
     .hit_valid_i(hit_valid), .hit_slot_i(s.slot), .hit_tri_i(tri_idx), .hit_beta_i(beta), .hit_gamma_i(gamma),
-    .done_valid_i(v_q[P_TOP] && done_q), .done_slot_i(s_q[P_TOP].slot), .done_hit_i(s_q[P_TOP].hit),
-    .done_t_i(s_q[P_TOP].best));
+    .done_valid_i(v_q[P_TOP] && done_q), .done_slot_i(gen_p[P_TOP].s_q.slot), .done_hit_i(gen_p[P_TOP].s_q.hit),
+    .done_t_i(gen_p[P_TOP].s_q.best));
 
   // ---- errors and events ------------------------------------------------------------------------------------------------
   logic slots_bad, stack_bad;

@@ -299,6 +299,11 @@ def run_all(level, seed, only="", jobs=2, console=None):
                     for line in outcome.details:
                         progress.console.print(f"  {line}", markup=False)
                 progress.advance(task)
+                if not console.is_terminal and (work[0][0] is not run_fault or len(outcomes) % 50 == 0):
+                    console.print(
+                        f"{time.strftime('%H:%M:%S')} {len(outcomes)} done, {outcome.case}: {outcome.what}",
+                        markup=False,
+                    )
 
         if frames:
             with_reference = []

@@ -179,6 +179,9 @@ async def corner_lights(dut):
             await bench.load(lights, mats, True)
             await bench.run((i, light, i % 16, 5, [p, up, up, view], sh.nearest([-np.sqrt(0.5)])[0])
                             for light in range(len(places)) for i in range(16 if att == attens[0] else 3))
+    # 2 m.L at the end of the range and beyond it
+    await bench.run((i, 6, 1, 5, [p, up, [zero, size, zero], view], 0xBF0000)
+                    for i, size in enumerate((0x7DFFFF, 0x7E0000, 0x7E8000, 0x7EFFFF, 0x7F0000, 0x800000, 0x010000)))
 
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")

@@ -83,6 +83,7 @@ def meshes():
     degenerate[::3, 2] = degenerate[::3, 1]
     degenerate[1::9, 1:] = degenerate[1::9, :1]
     yield "zero area", degenerate
+    yield "floor", np.concatenate((grid(8, lambda x, y: 0.0 * x - 1.0), soup(rng, 30, 0.05) * (0.5, 0.5, 0.25)))
 
 
 MESHES = dict(meshes())
@@ -343,7 +344,7 @@ def naive_build(tris, ids, lo, hi, depth, p):
     return naive_build(tris, left, lo, mid_hi, depth + 1, p) | naive_build(tris, right, mid_lo, hi, depth + 1, p)
 
 
-@pytest.mark.parametrize("name", ["five", "twice", "plane", "needles", "room", "boxes in rows", "zero area"])
+@pytest.mark.parametrize("name", ["five", "twice", "plane", "needles", "room", "boxes in rows", "zero area", "floor"])
 @pytest.mark.parametrize("clip", [True, False])
 def test_whole_tree_is_that_of_a_naive_builder(name, clip):
     """Leaf by leaf the tree of a builder that searches every node from scratch."""
@@ -454,6 +455,19 @@ def test_flat_cells_take_walls_away():
     without = kdtree.build(tris, None, kdtree.Params(flat_cells=False))
     size = np.ptp(kdtree.walk(with_flat).box, axis=1)
     assert (size == 0.0).any() and with_flat.stats["sah_cost"] < without.stats["sah_cost"]
+
+
+def test_flat_cells_need_others():
+    """A plane on the node's face is a candidate only if it parts planar triangles from others."""
+    lo, hi = -np.ones(3), np.ones(3)
+    floor = [kdtree._event(kdtree._key(-1.0), kdtree._PLANAR, i) for i in range(5)]
+    ball = [kdtree._event(kdtree._key(z), kind, 5) for z, kind in ((-1.0, kdtree._START), (1.0, kdtree._END))]
+    for events, n, found in ((floor, 5, False), (floor + ball, 6, True), (ball, 1, False)):
+        best = np.array([1e9, -1.0, 0.0, 0.0])
+        kdtree._sweep(np.array(sorted(events)), 0, len(events), 2, n, lo, hi, 1.0, 1.5, 0.9, True, best)
+        assert (best[1] == 2.0) == found
+        # Half area 12, flat child 4 with five triangles, the rest 12 with one.
+        assert not found or best[0] == 12.0 + 1.5 * (4.0 * 5 + 12.0 * 1) and best[3] == 0.0
 
 
 def test_clipping_pays():

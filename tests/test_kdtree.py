@@ -467,7 +467,7 @@ def test_flat_cells_need_others():
         kdtree._sweep(np.array(sorted(events)), 0, len(events), 2, n, lo, hi, 1.0, 1.5, 0.9, True, best)
         assert (best[1] == 2.0) == found
         # Half area 12, flat child 4 with five triangles, the rest 12 with one.
-        assert not found or best[0] == 12.0 + 1.5 * (4.0 * 5 + 12.0 * 1) and best[3] == 0.0
+        assert not found or (best[0] == 12.0 + 1.5 * (4.0 * 5 + 12.0 * 1) and best[3] == 0.0)
 
 
 def test_clipping_pays():

@@ -125,6 +125,13 @@ def test_memory_error(seed, kind, code):
         assert info.value.addr >= made.regs["FB_BASE"]
 
 
+def test_ports_stop(seed):
+    """After an error the ports take no more: of the eight rows of a block only those already under way are written."""
+    with pytest.raises(FrameError) as info:
+        run(scene(seed), memory=Memory(latency=1), faults=[("slverr-write-at", 1)])
+    assert 1 <= info.value.stats["axi"]["write_bursts"] <= 4
+
+
 def test_watchdog(seed):
     """A unit that hangs is reported with what waits for what."""
     made = scene(seed)

@@ -144,6 +144,15 @@ def test_small_format_on_all_triples():
     compare(i & 255, i >> 8 & 255, i >> 16, exp_w=3, man_w=4)
 
 
+def test_wide_range_in_eight_bits(seed):
+    """The same RTL as a 1-5-2 format, where operands of add3 leave its window: random triples, all from 10 million on."""
+    if PAIRS >= 10_000_000:
+        i = np.arange(1 << 24, dtype=np.uint32)
+    else:
+        i = np.random.default_rng(seed).integers(0, 1 << 24, min(PAIRS, 500_000), dtype=np.uint32)
+    compare(i & 255, i >> 8 & 255, i >> 16, exp_w=5, man_w=2)
+
+
 @pytest.mark.parametrize("latency", [1, 3, 4, 6, 25])
 def test_latency_changes_no_result(seed, latency):
     """Shallower and deeper pipelines give the same numbers."""

@@ -344,7 +344,7 @@ def naive_build(tris, ids, lo, hi, depth, p):
     return naive_build(tris, left, lo, mid_hi, depth + 1, p) | naive_build(tris, right, mid_lo, hi, depth + 1, p)
 
 
-@pytest.mark.parametrize("name", ["five", "twice", "plane", "needles", "room", "boxes in rows", "zero area", "floor"])
+@pytest.mark.parametrize("name", ["five", "twice", "plane", "needles", "boxes in rows", "zero area", "floor"])
 @pytest.mark.parametrize("clip", [True, False])
 def test_whole_tree_is_that_of_a_naive_builder(name, clip):
     """Leaf by leaf the tree of a builder that searches every node from scratch."""

@@ -192,7 +192,7 @@ class Bench:
 
     async def run(self, count, ahead=256):
         """This many pixels, at most `ahead` of them under way, then wait until all are finished."""
-        limit = self.cycle + 3000 + count * (200 + len(self.lights) * 100 + 5 * self.latency[1])
+        limit = self.cycle + 30000 + 10 * count * (200 + len(self.lights) * 100 + 5 * self.latency[1])
         goal = len(self.done_at) + count
         while len(self.done_at) < goal:
             assert self.cycle < limit, f"hangs with {len(self.pixels)} pixels under way"

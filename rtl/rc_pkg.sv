@@ -18,6 +18,7 @@ package rc_pkg;
   parameter int unsigned LAT_CMP  = 1;
   parameter int unsigned LAT_DIV  = 2;
   parameter int unsigned LAT_SQRT = 2;
+  parameter int unsigned LAT_POW  = 5;
   parameter int unsigned LAT_CONV = 1;     // integer to float and back
 
   parameter fp_t FP_ZERO   = 24'h000000;
@@ -50,6 +51,11 @@ package rc_pkg;
   typedef logic [ADDR_W-1:0]      addr_t;
   typedef logic [LINE_ADDR_W-1:0] line_addr_t;
   typedef logic [7:0][WORD_W-1:0] line_t;
+  typedef logic [7:0][63:0]       block64_t;   // a block as it lies in memory: texels use all bits
+
+  function automatic line_t used_bits(block64_t b);
+    for (int w = 0; w < 8; w++) used_bits[w] = b[w][WORD_W-1:0];
+  endfunction
 
   // ---- records in memory (low bit of word 0 first) ------------------------------------------------
   // Node, 8 bytes. Inner: adjacent child at index + 1. Empty children are flagged, never stored.
@@ -102,25 +108,73 @@ package rc_pkg;
     logic [10:0]  zero0;   logic directional; fp_t pos_y; fp_t pos_x;   // word 0
   } light_t;
 
-  // Phong material, 64 bytes. Shininess is 2^shin_log2, 0 to 8.
+  // Phong material, 128 bytes: a block of colours and a block of optics and texture. docs/seams.md says how they are used.
+  typedef enum logic [1:0] {
+    ALPHA_OPAQUE = 2'd0,                   // alpha is 1
+    ALPHA_MASK   = 2'd1,                   // 1 where alpha is at least the cutoff, else 0
+    ALPHA_BLEND  = 2'd2                    // the ray goes straight on with the rest
+  } alpha_e;
+  typedef struct packed {
+    logic [4:0] zero;
+    logic       tex_kr;                    // the texture tints the reflectance (metals)
+    logic       fresnel;                   // the reflectance grows towards grazing angles, by Schlick
+    logic       transmits;                 // kt is not 0; only with ALPHA_OPAQUE
+    logic       reflects;                  // kr is not 0
+    alpha_e     alpha_mode;
+    logic       textured;
+  } mat_flags_t;
+  typedef struct packed {
+    logic [35:0]  zero7;                     fp_t cutoff;   // word 7
+    logic [11:0]  zero6;   fp_t alpha;       fp_t shin;     // word 6   shininess, 0 to 1024
+    logic [11:0]  zero5;   fp_t emis_b;      fp_t emis_g;   // word 5
+    logic [11:0]  zero4;   fp_t emis_r;      fp_t spec_b;   // word 4
+    logic [11:0]  zero3;   fp_t spec_g;      fp_t spec_r;   // word 3
+    logic [11:0]  zero2;   fp_t diff_b;      fp_t diff_g;   // word 2
+    logic [11:0]  zero1;   fp_t diff_r;      fp_t amb_b;    // word 1
+    mat_flags_t   flags;   fp_t amb_g;       fp_t amb_r;    // word 0
+  } material_t;
   typedef struct packed {
     logic [179:0] zero5;                                    // words 5-7
-    logic [35:0]  zero4;                 fp_t spec_b;       // word 4
-    logic [11:0]  zero3;   fp_t spec_g;  fp_t spec_r;       // word 3
-    logic [11:0]  zero2;   fp_t diff_b;  fp_t diff_g;       // word 2
-    logic [11:0]  zero1;   fp_t diff_r;  fp_t amb_b;        // word 1
-    logic [7:0]   zero0;   logic [3:0] shin_log2; fp_t amb_g; fp_t amb_r;   // word 0
-  } material_t;
+    logic [15:0]  zero4;                                    // word 4: texture
+    logic         srgb;                    // colours are sRGB, to be made linear
+    logic         rgba5551;                // 16 bits a texel, 8x4 a block; else RGBA8, 4x4 a block
+    logic [1:0]   wrap_t;                  // wrap_e, of v
+    logic [1:0]   wrap_s;                  // of u
+    logic [3:0]   levels;                  // mip levels, 1 to 13
+    logic [3:0]   log2_h;                  // of level 0, 0 to 12
+    logic [3:0]   log2_w;
+    logic [25:0]  tex_base;                // block of level 0, from TEX_BASE
+    logic [11:0]  zero3;   fp_t inv_ior;     fp_t ior;      // word 3
+    logic [11:0]  zero2;   fp_t kt_b;        fp_t kt_g;     // word 2   transmittance
+    logic [11:0]  zero1;   fp_t kt_r;        fp_t kr_b;     // word 1
+    logic [11:0]  zero0;   fp_t kr_g;        fp_t kr_r;     // word 0   reflectance (at normal incidence)
+  } optics_t;
+  typedef enum logic [1:0] {WRAP_REPEAT = 2'd0, WRAP_MIRROR = 2'd1, WRAP_CLAMP = 2'd2} wrap_e;
+  typedef enum logic [1:0] {LD_LIGHT = 2'd0, LD_MATERIAL = 2'd1, LD_OPTICS = 2'd2} ld_kind_e;   // what the loader gives
+
+  // Texture coordinates of a triangle, 32 bytes = four words of 60 bits; used where its material is textured.
+  parameter int unsigned MIP_FRAC_W = 6;   // mip levels are fixed-point numbers with so many bits of fraction
+  typedef logic signed [11:0] mip_t;
+  typedef struct packed {
+    logic [59:0] zero3;                                     // word 3
+    logic [11:0] zero2;  fp_t dv2;   fp_t du2;              // word 2   vertex 2 minus vertex 0
+    logic [11:0] zero1;  fp_t dv1;   fp_t du1;              // word 1   vertex 1 minus vertex 0
+    mip_t        mip;    fp_t v0;    fp_t u0;               // word 0   log2 sqrt(texel area / area)
+  } tri_uv_t;
 
   parameter int unsigned MAX_LIGHTS    = 16;
   parameter int unsigned MAX_MATERIALS = 256;
   typedef logic [3:0] light_id_t;
 
   // ---- between units ------------------------------------------------------------------------------
+  typedef enum logic [1:0] {RAY_PRIMARY = 2'd0, RAY_SHADOW = 2'd1, RAY_REFLECT = 2'd2, RAY_TRANSMIT = 2'd3} ray_kind_e;
+  typedef logic [3:0] depth_t;             // bounces before a ray: 0 primary; at most 15 (paper Sec. 3.3)
+
   typedef struct packed {
     ray_id_t id;
-    logic    any_hit;                      // shadow ray: the first hit found ends it
+    logic    any_hit;                      // shadow ray: the first opaque hit found ends it
     idx_t    skip;                         // triangle the ray leaves from; TRI_NONE: none
+    fp_t     t_min;                        // nothing nearer counts; T_MIN or more
     fp_t     t_max;                        // FP_HUGE: no limit
     vec3_t   inv_dir;                      // 1/0 is +-FP_HUGE
     vec3_t   dir;                          // unit length
@@ -131,6 +185,8 @@ package rc_pkg;
     ray_id_t id;
     logic    any_hit;                      // as in the ray
     logic    hit;
+    logic    opaque;                       // of the triangle's record; a shadow ray may end at one that is not
+    mat_t    mat;                          // of the triangle's record
     idx_t    tri_idx;                      // TRI_NONE if nothing was hit
     fp_t     t;
     fp_t     beta;                         // barycentric weights of vertices 1 and 2
@@ -148,14 +204,24 @@ package rc_pkg;
     logic [15:0] y;
   } pri_t;
 
-  typedef struct packed {                  // shading to ray generation: a shadow ray to make
+  typedef struct packed {                  // shading to ray generation: a ray that is not primary
     ray_id_t   id;
-    light_id_t light;
+    ray_kind_e kind;
+    light_id_t light;                      // of a shadow ray
+    depth_t    depth;                      // of the surface, for a shadow ray
     idx_t      skip;
+    fp_t       t_min;
     fp_t       t_max;
     vec3_t     dir;
     vec3_t     org;
   } sec_t;
+
+  typedef struct packed {                  // ray generation to shading: a ray that is not a shadow ray leaves
+    ray_id_t id;
+    logic    primary;
+    vec3_t   dir;
+    vec3_t   org;
+  } path_ray_t;
 
   typedef struct packed {                  // shading to colour buffer: a pixel is finished
     ray_id_t id;
@@ -181,6 +247,12 @@ package rc_pkg;
   // What the host tells the shading unit and the colour buffer; constant while a frame runs.
   typedef struct packed {
     line_addr_t info_base;                 // triangle information, tree_cfg_t.tri_count records
+    line_addr_t uv_base;                   // texture coordinates, as many records
+    line_addr_t tex_base;                  // textures
+    mip_t       mip_bias;                  // log2 of the angle of a pixel
+    logic       trilinear;
+    depth_t     max_depth;                 // bounces
+    fp_t        min_weight;                // rays that weigh no more are not traced
     logic [8:0] mat_count;                 // 1 to MAX_MATERIALS
     logic [4:0] light_count;               // 0 to MAX_LIGHTS
     logic       shadows;                   // trace shadow rays
@@ -236,8 +308,14 @@ package rc_pkg;
     logic          l2_miss;
     logic          tri_hit;                // triangle cache, accesses
     logic          tri_miss;
+    logic          uv_hit;                 // cache of texture coordinates, accesses
+    logic          uv_miss;
+    logic [2:0]    tex_hit;                // texture cache: blocks looked up in this cycle
+    logic [2:0]    tex_miss;
     logic          pri;                    // a primary ray was issued
-    logic          sec;                    // a shadow ray was issued
+    logic          shadow;                 // a shadow ray was issued
+    logic          reflect;                // a reflected ray was
+    logic          transmit;               // a refracted ray, or one that goes straight on, was
     logic          culled;                 // a shadow ray was not worth one
   } rtu_ev_t;
 
@@ -245,9 +323,11 @@ package rc_pkg;
   typedef struct packed {
     logic      pri_valid;                  // a primary ray was issued for pixel (x, y)
     pri_t      pri;
-    logic      sec_valid;                  // a shadow ray was issued
+    logic      sec_valid;                  // a ray that is not primary was issued
     ray_id_t   sec_id;
+    ray_kind_e sec_kind;
     light_id_t sec_light;
+    depth_t    sec_depth;
     logic      hit_valid;                  // a ray finished
     hit_t      hit;
   } trace_t;

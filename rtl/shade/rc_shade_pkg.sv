@@ -15,10 +15,6 @@ package rc_shade_pkg;
   parameter int unsigned LIGHT_BEATS = 5;  // one 3-input adder serves 5 sums
   parameter int unsigned ACC_BEATS   = 3;  // one adder serves 3 components
 
-  // Cycles of one squaring in rc_shine, and of the five that a job makes there
-  parameter int unsigned SHINE_TURN    = (LAT_MUL % LIGHT_BEATS == 0) ? LAT_MUL + 1 : LAT_MUL;
-  parameter int unsigned SHINE_LATENCY = LIGHT_BEATS * SHINE_TURN;
-
   // Times of rc_phong, which rc_light feeds
   parameter int unsigned PHONG_IN  = 0;                                   // names of light and material
   parameter int unsigned PHONG_RV  = PHONG_IN + 1;                        // R . V and m . L
@@ -61,17 +57,23 @@ package rc_shade_pkg;
     return {a[FP_W-1], e + 1'b1, a[FP_MAN_W-1:0]};
   endfunction
 
-  // ---- context of a ray index: four words, as the hit-point unit makes them and the light unit takes them ------------
+  // ---- context of a ray index: four words, as the hit-point unit makes them and light and bounce unit take them -------
   typedef logic [$clog2(MAX_MATERIALS)-1:0] mat_id_t;
   typedef struct packed {                  // words 0 to 2: component x, y, z
-    fp_t d;                                // direction of the primary ray
+    fp_t w;                                // weight of the ray that came: red, green, blue
+    fp_t tex;                              // texture's colour, or 1
+    fp_t d;                                // direction of the ray that came
     fp_t m;                                // shading normal
     fp_t g;                                // normal of the plane, towards the viewer
     fp_t p;                                // hit point
   } ctx_axis_t;
   parameter int unsigned CTX_W = $bits(ctx_axis_t);
   typedef struct packed {                  // word 3
-    logic [CTX_W-$bits(idx_t)-$bits(mat_id_t)-$bits(fp_t)-1:0] zero;
+    logic [CTX_W-$bits(idx_t)-$bits(mat_id_t)-$bits(depth_t)-1-3*FP_W-1:0] zero;
+    logic    inside;                       // the ray came from behind the triangle
+    depth_t  depth;                        // of the ray that came
+    fp_t     len;                          // length of the path up to here
+    fp_t     alpha;                        // alpha' of docs/whitted.md
     idx_t    tri_idx;
     mat_id_t mat;
     fp_t     md;                           // m . d
@@ -79,17 +81,39 @@ package rc_shade_pkg;
   typedef struct packed {ray_id_t id; logic [1:0] word;} ctx_addr_t;
 
   // ---- jobs -----------------------------------------------------------------------------------------
-  typedef struct packed {ray_id_t id; light_id_t light;} job_t;   // one light for one hit point
+  typedef struct packed {                  // one light for one hit point
+    ray_id_t   id;
+    light_id_t light;
+    fp_t       t_min;                      // of its shadow ray: T_MIN, or where it goes on behind a transparent triangle
+  } job_t;
+
+  typedef struct packed {                  // what comes after the last light
+    ray_id_t id;
+    logic    pop;                          // nothing more here: a ray from the pixel's stack
+    logic    branch;                       // bounce, and the material may have two children
+  } bounce_t;
+
+  typedef struct packed {                  // a ray's share in its pixel, and its past; written when the ray is made
+    ray_id_t id;
+    vec3_t   w;
+    fp_t     len;
+    depth_t  depth;
+  } path_t;
+
+  typedef struct packed {                  // what the texture unit takes
+    hit_t hit;
+    fp_t  len;                             // length of the path before the ray
+  } tex_req_t;
+  typedef struct packed {                  // ... and gives
+    hit_t  hit;
+    vec3_t rgb;
+    fp_t   a;
+  } tex_t;
 
   typedef enum logic [1:0] {
-    UPD_MISS    = 2'd0,                    // nothing hit: the colour is the background, finished
-    UPD_AMBIENT = 2'd1,                    // a hit point: the colour is the material's ambient; first light
-    UPD_LIGHT   = 2'd2                     // a light is done: add what waits, or not; next light
+    UPD_MISS    = 2'd0,                    // nothing hit: plus the background, the path ends
+    UPD_SURFACE = 2'd1,                    // a hit point: plus emission and ambient; first light
+    UPD_LIGHT   = 2'd2,                    // a light is done: plus what waits, or not; next light
+    UPD_END     = 2'd3                     // a bounce that makes no ray: the path ends
   } upd_e;
-  typedef struct packed {                  // what happens to the colour of a ray index
-    ray_id_t id;
-    upd_e    kind;
-    logic    add;                          // UPD_LIGHT: the light is visible
-    mat_id_t mat;                          // UPD_AMBIENT
-  } upd_t;
 endpackage

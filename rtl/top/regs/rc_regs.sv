@@ -244,6 +244,9 @@ module rc_regs (
         logic BACKGROUND_R;
         logic BACKGROUND_G;
         logic BACKGROUND_B;
+        logic MAX_DEPTH;
+        logic MIN_WEIGHT;
+        logic MIP_BIAS;
         logic NODE_BASE;
         logic NODE_COUNT;
         logic NODE_ROOT;
@@ -274,6 +277,10 @@ module rc_regs (
         logic CAM_V_X;
         logic CAM_V_Y;
         logic CAM_V_Z;
+        logic UV_BASE;
+        logic UV_COUNT;
+        logic TEX_BASE;
+        logic TEX_LINES;
         logic CYCLES;
         logic RAYS_PRIMARY;
         logic RAYS_SHADOW;
@@ -297,6 +304,14 @@ module rc_regs (
         logic FB_ROWS;
         logic RD_STALL;
         logic RAYS_IN_FLIGHT;
+        logic RAYS_REFLECT;
+        logic RAYS_TRANSMIT;
+        logic UV_HITS;
+        logic UV_MISSES;
+        logic TEX_HITS;
+        logic TEX_MISSES;
+        logic LINES_UV;
+        logic LINES_TEX;
     } decoded_reg_strb_t;
     decoded_reg_strb_t decoded_reg_strb;
     logic decoded_err;
@@ -345,6 +360,12 @@ module rc_regs (
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h3c);
         decoded_reg_strb.BACKGROUND_B = cpuif_req_masked & (cpuif_addr == 12'h40);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h40);
+        decoded_reg_strb.MAX_DEPTH = cpuif_req_masked & (cpuif_addr == 12'h44);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h44);
+        decoded_reg_strb.MIN_WEIGHT = cpuif_req_masked & (cpuif_addr == 12'h48);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h48);
+        decoded_reg_strb.MIP_BIAS = cpuif_req_masked & (cpuif_addr == 12'h4c);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h4c);
         decoded_reg_strb.NODE_BASE = cpuif_req_masked & (cpuif_addr == 12'h50);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h50);
         decoded_reg_strb.NODE_COUNT = cpuif_req_masked & (cpuif_addr == 12'h54);
@@ -405,6 +426,14 @@ module rc_regs (
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'hc8);
         decoded_reg_strb.CAM_V_Z = cpuif_req_masked & (cpuif_addr == 12'hcc);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'hcc);
+        decoded_reg_strb.UV_BASE = cpuif_req_masked & (cpuif_addr == 12'hd0);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'hd0);
+        decoded_reg_strb.UV_COUNT = cpuif_req_masked & (cpuif_addr == 12'hd4);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'hd4);
+        decoded_reg_strb.TEX_BASE = cpuif_req_masked & (cpuif_addr == 12'hd8);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'hd8);
+        decoded_reg_strb.TEX_LINES = cpuif_req_masked & (cpuif_addr == 12'hdc);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'hdc);
         decoded_reg_strb.CYCLES = cpuif_req_masked & (cpuif_addr == 12'h100) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h100);
         decoded_reg_strb.RAYS_PRIMARY = cpuif_req_masked & (cpuif_addr == 12'h104) & !cpuif_req_is_wr;
@@ -451,6 +480,22 @@ module rc_regs (
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h154);
         decoded_reg_strb.RAYS_IN_FLIGHT = cpuif_req_masked & (cpuif_addr == 12'h158) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h158);
+        decoded_reg_strb.RAYS_REFLECT = cpuif_req_masked & (cpuif_addr == 12'h15c) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h15c);
+        decoded_reg_strb.RAYS_TRANSMIT = cpuif_req_masked & (cpuif_addr == 12'h160) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h160);
+        decoded_reg_strb.UV_HITS = cpuif_req_masked & (cpuif_addr == 12'h164) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h164);
+        decoded_reg_strb.UV_MISSES = cpuif_req_masked & (cpuif_addr == 12'h168) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h168);
+        decoded_reg_strb.TEX_HITS = cpuif_req_masked & (cpuif_addr == 12'h16c) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h16c);
+        decoded_reg_strb.TEX_MISSES = cpuif_req_masked & (cpuif_addr == 12'h170) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h170);
+        decoded_reg_strb.LINES_UV = cpuif_req_masked & (cpuif_addr == 12'h174) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h174);
+        decoded_reg_strb.LINES_TEX = cpuif_req_masked & (cpuif_addr == 12'h178) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h178);
         decoded_err = ~is_valid_addr & decoded_req;
     end
 
@@ -524,6 +569,10 @@ module rc_regs (
                 logic next;
                 logic load_next;
             } shadows;
+            struct {
+                logic next;
+                logic load_next;
+            } trilinear;
         } OPTIONS;
         struct {
             struct {
@@ -549,6 +598,24 @@ module rc_regs (
                 logic load_next;
             } value;
         } BACKGROUND_B;
+        struct {
+            struct {
+                logic [3:0] next;
+                logic load_next;
+            } value;
+        } MAX_DEPTH;
+        struct {
+            struct {
+                logic [23:0] next;
+                logic load_next;
+            } value;
+        } MIN_WEIGHT;
+        struct {
+            struct {
+                logic [11:0] next;
+                logic load_next;
+            } value;
+        } MIP_BIAS;
         struct {
             struct {
                 logic [25:0] next;
@@ -729,6 +796,30 @@ module rc_regs (
                 logic load_next;
             } value;
         } CAM_V_Z;
+        struct {
+            struct {
+                logic [25:0] next;
+                logic load_next;
+            } line;
+        } UV_BASE;
+        struct {
+            struct {
+                logic [23:0] next;
+                logic load_next;
+            } value;
+        } UV_COUNT;
+        struct {
+            struct {
+                logic [25:0] next;
+                logic load_next;
+            } line;
+        } TEX_BASE;
+        struct {
+            struct {
+                logic [25:0] next;
+                logic load_next;
+            } value;
+        } TEX_LINES;
     } field_combo_t;
     field_combo_t field_combo;
 
@@ -781,6 +872,9 @@ module rc_regs (
             struct {
                 logic value;
             } shadows;
+            struct {
+                logic value;
+            } trilinear;
         } OPTIONS;
         struct {
             struct {
@@ -802,6 +896,21 @@ module rc_regs (
                 logic [23:0] value;
             } value;
         } BACKGROUND_B;
+        struct {
+            struct {
+                logic [3:0] value;
+            } value;
+        } MAX_DEPTH;
+        struct {
+            struct {
+                logic [23:0] value;
+            } value;
+        } MIN_WEIGHT;
+        struct {
+            struct {
+                logic [11:0] value;
+            } value;
+        } MIP_BIAS;
         struct {
             struct {
                 logic [25:0] value;
@@ -952,6 +1061,26 @@ module rc_regs (
                 logic [23:0] value;
             } value;
         } CAM_V_Z;
+        struct {
+            struct {
+                logic [25:0] value;
+            } line;
+        } UV_BASE;
+        struct {
+            struct {
+                logic [23:0] value;
+            } value;
+        } UV_COUNT;
+        struct {
+            struct {
+                logic [25:0] value;
+            } line;
+        } TEX_BASE;
+        struct {
+            struct {
+                logic [25:0] value;
+            } value;
+        } TEX_LINES;
     } field_storage_t;
     field_storage_t field_storage;
 
@@ -1217,6 +1346,29 @@ module rc_regs (
         end
     end
     assign hwif_out.OPTIONS.shadows.value = field_storage.OPTIONS.shadows.value;
+    // Field: rc_regs.OPTIONS.trilinear
+    always_comb begin
+        automatic logic [0:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.OPTIONS.trilinear.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.OPTIONS && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.OPTIONS.trilinear.value & ~decoded_wr_biten[1:1]) | (decoded_wr_data[1:1] & decoded_wr_biten[1:1]);
+            load_next_c = '1;
+        end
+        field_combo.OPTIONS.trilinear.next = next_c;
+        field_combo.OPTIONS.trilinear.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.OPTIONS.trilinear.value <= 1'h0;
+        end else begin
+            if(field_combo.OPTIONS.trilinear.load_next) begin
+                field_storage.OPTIONS.trilinear.value <= field_combo.OPTIONS.trilinear.next;
+            end
+        end
+    end
+    assign hwif_out.OPTIONS.trilinear.value = field_storage.OPTIONS.trilinear.value;
     // Field: rc_regs.MAX_SLOTS.value
     always_comb begin
         automatic logic [15:0] next_c;
@@ -1309,6 +1461,75 @@ module rc_regs (
         end
     end
     assign hwif_out.BACKGROUND_B.value.value = field_storage.BACKGROUND_B.value.value;
+    // Field: rc_regs.MAX_DEPTH.value
+    always_comb begin
+        automatic logic [3:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.MAX_DEPTH.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.MAX_DEPTH && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.MAX_DEPTH.value.value & ~decoded_wr_biten[3:0]) | (decoded_wr_data[3:0] & decoded_wr_biten[3:0]);
+            load_next_c = '1;
+        end
+        field_combo.MAX_DEPTH.value.next = next_c;
+        field_combo.MAX_DEPTH.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.MAX_DEPTH.value.value <= 4'h0;
+        end else begin
+            if(field_combo.MAX_DEPTH.value.load_next) begin
+                field_storage.MAX_DEPTH.value.value <= field_combo.MAX_DEPTH.value.next;
+            end
+        end
+    end
+    assign hwif_out.MAX_DEPTH.value.value = field_storage.MAX_DEPTH.value.value;
+    // Field: rc_regs.MIN_WEIGHT.value
+    always_comb begin
+        automatic logic [23:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.MIN_WEIGHT.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.MIN_WEIGHT && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.MIN_WEIGHT.value.value & ~decoded_wr_biten[23:0]) | (decoded_wr_data[23:0] & decoded_wr_biten[23:0]);
+            load_next_c = '1;
+        end
+        field_combo.MIN_WEIGHT.value.next = next_c;
+        field_combo.MIN_WEIGHT.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.MIN_WEIGHT.value.value <= 24'h0;
+        end else begin
+            if(field_combo.MIN_WEIGHT.value.load_next) begin
+                field_storage.MIN_WEIGHT.value.value <= field_combo.MIN_WEIGHT.value.next;
+            end
+        end
+    end
+    assign hwif_out.MIN_WEIGHT.value.value = field_storage.MIN_WEIGHT.value.value;
+    // Field: rc_regs.MIP_BIAS.value
+    always_comb begin
+        automatic logic [11:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.MIP_BIAS.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.MIP_BIAS && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.MIP_BIAS.value.value & ~decoded_wr_biten[11:0]) | (decoded_wr_data[11:0] & decoded_wr_biten[11:0]);
+            load_next_c = '1;
+        end
+        field_combo.MIP_BIAS.value.next = next_c;
+        field_combo.MIP_BIAS.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.MIP_BIAS.value.value <= 12'h0;
+        end else begin
+            if(field_combo.MIP_BIAS.value.load_next) begin
+                field_storage.MIP_BIAS.value.value <= field_combo.MIP_BIAS.value.next;
+            end
+        end
+    end
+    assign hwif_out.MIP_BIAS.value.value = field_storage.MIP_BIAS.value.value;
     // Field: rc_regs.NODE_BASE.line
     always_comb begin
         automatic logic [25:0] next_c;
@@ -1999,6 +2220,98 @@ module rc_regs (
         end
     end
     assign hwif_out.CAM_V_Z.value.value = field_storage.CAM_V_Z.value.value;
+    // Field: rc_regs.UV_BASE.line
+    always_comb begin
+        automatic logic [25:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.UV_BASE.line.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.UV_BASE && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.UV_BASE.line.value & ~decoded_wr_biten[31:6]) | (decoded_wr_data[31:6] & decoded_wr_biten[31:6]);
+            load_next_c = '1;
+        end
+        field_combo.UV_BASE.line.next = next_c;
+        field_combo.UV_BASE.line.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.UV_BASE.line.value <= 26'h0;
+        end else begin
+            if(field_combo.UV_BASE.line.load_next) begin
+                field_storage.UV_BASE.line.value <= field_combo.UV_BASE.line.next;
+            end
+        end
+    end
+    assign hwif_out.UV_BASE.line.value = field_storage.UV_BASE.line.value;
+    // Field: rc_regs.UV_COUNT.value
+    always_comb begin
+        automatic logic [23:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.UV_COUNT.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.UV_COUNT && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.UV_COUNT.value.value & ~decoded_wr_biten[23:0]) | (decoded_wr_data[23:0] & decoded_wr_biten[23:0]);
+            load_next_c = '1;
+        end
+        field_combo.UV_COUNT.value.next = next_c;
+        field_combo.UV_COUNT.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.UV_COUNT.value.value <= 24'h0;
+        end else begin
+            if(field_combo.UV_COUNT.value.load_next) begin
+                field_storage.UV_COUNT.value.value <= field_combo.UV_COUNT.value.next;
+            end
+        end
+    end
+    assign hwif_out.UV_COUNT.value.value = field_storage.UV_COUNT.value.value;
+    // Field: rc_regs.TEX_BASE.line
+    always_comb begin
+        automatic logic [25:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TEX_BASE.line.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TEX_BASE && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TEX_BASE.line.value & ~decoded_wr_biten[31:6]) | (decoded_wr_data[31:6] & decoded_wr_biten[31:6]);
+            load_next_c = '1;
+        end
+        field_combo.TEX_BASE.line.next = next_c;
+        field_combo.TEX_BASE.line.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TEX_BASE.line.value <= 26'h0;
+        end else begin
+            if(field_combo.TEX_BASE.line.load_next) begin
+                field_storage.TEX_BASE.line.value <= field_combo.TEX_BASE.line.next;
+            end
+        end
+    end
+    assign hwif_out.TEX_BASE.line.value = field_storage.TEX_BASE.line.value;
+    // Field: rc_regs.TEX_LINES.value
+    always_comb begin
+        automatic logic [25:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TEX_LINES.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TEX_LINES && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TEX_LINES.value.value & ~decoded_wr_biten[25:0]) | (decoded_wr_data[25:0] & decoded_wr_biten[25:0]);
+            load_next_c = '1;
+        end
+        field_combo.TEX_LINES.value.next = next_c;
+        field_combo.TEX_LINES.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TEX_LINES.value.value <= 26'h0;
+        end else begin
+            if(field_combo.TEX_LINES.value.load_next) begin
+                field_storage.TEX_LINES.value.value <= field_combo.TEX_LINES.value.next;
+            end
+        end
+    end
+    assign hwif_out.TEX_LINES.value.value = field_storage.TEX_LINES.value.value;
 
     //--------------------------------------------------------------------------
     // Write response
@@ -2024,7 +2337,7 @@ module rc_regs (
             readback_data_var[31:0] = 32'h52435254;
         end
         if(rd_mux_addr == 12'h4) begin
-            readback_data_var[7:0] = 8'h1;
+            readback_data_var[7:0] = 8'h2;
             readback_data_var[15:8] = 8'h0;
         end
         if(rd_mux_addr == 12'hc) begin
@@ -2061,6 +2374,7 @@ module rc_regs (
         end
         if(rd_mux_addr == 12'h30) begin
             readback_data_var[0] = field_storage.OPTIONS.shadows.value;
+            readback_data_var[1] = field_storage.OPTIONS.trilinear.value;
         end
         if(rd_mux_addr == 12'h34) begin
             readback_data_var[15:0] = field_storage.MAX_SLOTS.value.value;
@@ -2073,6 +2387,15 @@ module rc_regs (
         end
         if(rd_mux_addr == 12'h40) begin
             readback_data_var[23:0] = field_storage.BACKGROUND_B.value.value;
+        end
+        if(rd_mux_addr == 12'h44) begin
+            readback_data_var[3:0] = field_storage.MAX_DEPTH.value.value;
+        end
+        if(rd_mux_addr == 12'h48) begin
+            readback_data_var[23:0] = field_storage.MIN_WEIGHT.value.value;
+        end
+        if(rd_mux_addr == 12'h4c) begin
+            readback_data_var[11:0] = field_storage.MIP_BIAS.value.value;
         end
         if(rd_mux_addr == 12'h50) begin
             readback_data_var[31:6] = field_storage.NODE_BASE.line.value;
@@ -2164,6 +2487,18 @@ module rc_regs (
         if(rd_mux_addr == 12'hcc) begin
             readback_data_var[23:0] = field_storage.CAM_V_Z.value.value;
         end
+        if(rd_mux_addr == 12'hd0) begin
+            readback_data_var[31:6] = field_storage.UV_BASE.line.value;
+        end
+        if(rd_mux_addr == 12'hd4) begin
+            readback_data_var[23:0] = field_storage.UV_COUNT.value.value;
+        end
+        if(rd_mux_addr == 12'hd8) begin
+            readback_data_var[31:6] = field_storage.TEX_BASE.line.value;
+        end
+        if(rd_mux_addr == 12'hdc) begin
+            readback_data_var[25:0] = field_storage.TEX_LINES.value.value;
+        end
         if(rd_mux_addr == 12'h100) begin
             readback_data_var[31:0] = hwif_in.CYCLES.value.next;
         end
@@ -2232,6 +2567,30 @@ module rc_regs (
         end
         if(rd_mux_addr == 12'h158) begin
             readback_data_var[31:0] = hwif_in.RAYS_IN_FLIGHT.value.next;
+        end
+        if(rd_mux_addr == 12'h15c) begin
+            readback_data_var[31:0] = hwif_in.RAYS_REFLECT.value.next;
+        end
+        if(rd_mux_addr == 12'h160) begin
+            readback_data_var[31:0] = hwif_in.RAYS_TRANSMIT.value.next;
+        end
+        if(rd_mux_addr == 12'h164) begin
+            readback_data_var[31:0] = hwif_in.UV_HITS.value.next;
+        end
+        if(rd_mux_addr == 12'h168) begin
+            readback_data_var[31:0] = hwif_in.UV_MISSES.value.next;
+        end
+        if(rd_mux_addr == 12'h16c) begin
+            readback_data_var[31:0] = hwif_in.TEX_HITS.value.next;
+        end
+        if(rd_mux_addr == 12'h170) begin
+            readback_data_var[31:0] = hwif_in.TEX_MISSES.value.next;
+        end
+        if(rd_mux_addr == 12'h174) begin
+            readback_data_var[31:0] = hwif_in.LINES_UV.value.next;
+        end
+        if(rd_mux_addr == 12'h178) begin
+            readback_data_var[31:0] = hwif_in.LINES_TEX.value.next;
         end
         readback_data = readback_data_var;
         readback_done = decoded_req & ~decoded_req_is_wr;

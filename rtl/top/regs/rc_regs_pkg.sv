@@ -7,7 +7,7 @@ package rc_regs_pkg;
 
     localparam RC_REGS_DATA_WIDTH = 32;
     localparam RC_REGS_MIN_ADDR_WIDTH = 12;
-    localparam RC_REGS_SIZE = 'h15c;
+    localparam RC_REGS_SIZE = 'h17c;
 
     typedef struct {
         logic next;
@@ -241,6 +241,70 @@ package rc_regs_pkg;
     } rc_regs__RAYS_IN_FLIGHT__in_t;
 
     typedef struct {
+        logic [31:0] next;
+    } rc_regs__RAYS_REFLECT__value__in_t;
+
+    typedef struct {
+        rc_regs__RAYS_REFLECT__value__in_t value;
+    } rc_regs__RAYS_REFLECT__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__RAYS_TRANSMIT__value__in_t;
+
+    typedef struct {
+        rc_regs__RAYS_TRANSMIT__value__in_t value;
+    } rc_regs__RAYS_TRANSMIT__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__UV_HITS__value__in_t;
+
+    typedef struct {
+        rc_regs__UV_HITS__value__in_t value;
+    } rc_regs__UV_HITS__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__UV_MISSES__value__in_t;
+
+    typedef struct {
+        rc_regs__UV_MISSES__value__in_t value;
+    } rc_regs__UV_MISSES__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__TEX_HITS__value__in_t;
+
+    typedef struct {
+        rc_regs__TEX_HITS__value__in_t value;
+    } rc_regs__TEX_HITS__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__TEX_MISSES__value__in_t;
+
+    typedef struct {
+        rc_regs__TEX_MISSES__value__in_t value;
+    } rc_regs__TEX_MISSES__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__LINES_UV__value__in_t;
+
+    typedef struct {
+        rc_regs__LINES_UV__value__in_t value;
+    } rc_regs__LINES_UV__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__LINES_TEX__value__in_t;
+
+    typedef struct {
+        rc_regs__LINES_TEX__value__in_t value;
+    } rc_regs__LINES_TEX__in_t;
+
+    typedef struct {
         logic frame_busy;
         rc_regs__STATUS__in_t STATUS;
         rc_regs__IRQ_STATUS__in_t IRQ_STATUS;
@@ -269,6 +333,14 @@ package rc_regs_pkg;
         rc_regs__FB_ROWS__in_t FB_ROWS;
         rc_regs__RD_STALL__in_t RD_STALL;
         rc_regs__RAYS_IN_FLIGHT__in_t RAYS_IN_FLIGHT;
+        rc_regs__RAYS_REFLECT__in_t RAYS_REFLECT;
+        rc_regs__RAYS_TRANSMIT__in_t RAYS_TRANSMIT;
+        rc_regs__UV_HITS__in_t UV_HITS;
+        rc_regs__UV_MISSES__in_t UV_MISSES;
+        rc_regs__TEX_HITS__in_t TEX_HITS;
+        rc_regs__TEX_MISSES__in_t TEX_MISSES;
+        rc_regs__LINES_UV__in_t LINES_UV;
+        rc_regs__LINES_TEX__in_t LINES_TEX;
     } rc_regs__in_t;
 
     typedef struct {
@@ -347,7 +419,12 @@ package rc_regs_pkg;
     } rc_regs__OPTIONS__shadows__out_t;
 
     typedef struct {
+        logic value;
+    } rc_regs__OPTIONS__trilinear__out_t;
+
+    typedef struct {
         rc_regs__OPTIONS__shadows__out_t shadows;
+        rc_regs__OPTIONS__trilinear__out_t trilinear;
     } rc_regs__OPTIONS__out_t;
 
     typedef struct {
@@ -381,6 +458,30 @@ package rc_regs_pkg;
     typedef struct {
         rc_regs__BACKGROUND_B__value__out_t value;
     } rc_regs__BACKGROUND_B__out_t;
+
+    typedef struct {
+        logic [3:0] value;
+    } rc_regs__MAX_DEPTH__value__out_t;
+
+    typedef struct {
+        rc_regs__MAX_DEPTH__value__out_t value;
+    } rc_regs__MAX_DEPTH__out_t;
+
+    typedef struct {
+        logic [23:0] value;
+    } rc_regs__MIN_WEIGHT__value__out_t;
+
+    typedef struct {
+        rc_regs__MIN_WEIGHT__value__out_t value;
+    } rc_regs__MIN_WEIGHT__out_t;
+
+    typedef struct {
+        logic [11:0] value;
+    } rc_regs__MIP_BIAS__value__out_t;
+
+    typedef struct {
+        rc_regs__MIP_BIAS__value__out_t value;
+    } rc_regs__MIP_BIAS__out_t;
 
     typedef struct {
         logic [25:0] value;
@@ -623,6 +724,38 @@ package rc_regs_pkg;
     } rc_regs__CAM_V_Z__out_t;
 
     typedef struct {
+        logic [25:0] value;
+    } rc_regs__UV_BASE__line__out_t;
+
+    typedef struct {
+        rc_regs__UV_BASE__line__out_t line;
+    } rc_regs__UV_BASE__out_t;
+
+    typedef struct {
+        logic [23:0] value;
+    } rc_regs__UV_COUNT__value__out_t;
+
+    typedef struct {
+        rc_regs__UV_COUNT__value__out_t value;
+    } rc_regs__UV_COUNT__out_t;
+
+    typedef struct {
+        logic [25:0] value;
+    } rc_regs__TEX_BASE__line__out_t;
+
+    typedef struct {
+        rc_regs__TEX_BASE__line__out_t line;
+    } rc_regs__TEX_BASE__out_t;
+
+    typedef struct {
+        logic [25:0] value;
+    } rc_regs__TEX_LINES__value__out_t;
+
+    typedef struct {
+        rc_regs__TEX_LINES__value__out_t value;
+    } rc_regs__TEX_LINES__out_t;
+
+    typedef struct {
         rc_regs__CTRL__out_t CTRL;
         rc_regs__IRQ_ENABLE__out_t IRQ_ENABLE;
         rc_regs__IRQ_STATUS__out_t IRQ_STATUS;
@@ -635,6 +768,9 @@ package rc_regs_pkg;
         rc_regs__BACKGROUND_R__out_t BACKGROUND_R;
         rc_regs__BACKGROUND_G__out_t BACKGROUND_G;
         rc_regs__BACKGROUND_B__out_t BACKGROUND_B;
+        rc_regs__MAX_DEPTH__out_t MAX_DEPTH;
+        rc_regs__MIN_WEIGHT__out_t MIN_WEIGHT;
+        rc_regs__MIP_BIAS__out_t MIP_BIAS;
         rc_regs__NODE_BASE__out_t NODE_BASE;
         rc_regs__NODE_COUNT__out_t NODE_COUNT;
         rc_regs__NODE_ROOT__out_t NODE_ROOT;
@@ -665,5 +801,9 @@ package rc_regs_pkg;
         rc_regs__CAM_V_X__out_t CAM_V_X;
         rc_regs__CAM_V_Y__out_t CAM_V_Y;
         rc_regs__CAM_V_Z__out_t CAM_V_Z;
+        rc_regs__UV_BASE__out_t UV_BASE;
+        rc_regs__UV_COUNT__out_t UV_COUNT;
+        rc_regs__TEX_BASE__out_t TEX_BASE;
+        rc_regs__TEX_LINES__out_t TEX_LINES;
     } rc_regs__out_t;
 endpackage

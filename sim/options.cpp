@@ -157,8 +157,10 @@ std::vector<Region> frame_regions(const std::vector<RegisterWrite>& writes) {
   add("lists", reg::LIST_BASE, 4 * value(reg::LIST_COUNT));
   add("triaccel", reg::ACCEL_BASE, 32 * value(reg::TRI_COUNT));
   add("info", reg::INFO_BASE, 64 * value(reg::TRI_COUNT));
-  add("materials", reg::MAT_BASE, 64 * value(reg::MAT_COUNT));
+  add("materials", reg::MAT_BASE, 128 * value(reg::MAT_COUNT));
   add("lights", reg::LIGHT_BASE, 64 * value(reg::LIGHT_COUNT));
+  add("uv", reg::UV_BASE, 32 * value(reg::UV_COUNT));
+  add("textures", reg::TEX_BASE, 64 * value(reg::TEX_LINES));
   const uint64_t stride = value(reg::FB_STRIDE) / 32 * 32;
   add("frame", reg::FB_BASE, stride * (value(reg::SIZE) >> 16), true);
   if (regions.back().hi > uint64_t(1) << 32) throw UsageError("the frame buffer does not fit in 4 GB");

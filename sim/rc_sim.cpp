@@ -36,15 +36,17 @@ struct Failure : std::runtime_error {
 // What is written for each finished ray; raycore/sim.py reads it.
 struct HitRecord {
   uint16_t x, y;
-  uint8_t any_hit, light, hit, zero;
+  uint8_t kind, light, hit, depth;   // kind: ray_kind_e of rc_pkg.sv
   uint32_t tri, t, beta, gamma;
 };
 static_assert(sizeof(HitRecord) == 24);
 
+// The pixel of a ray index and the ray that is under way for it.
 struct Pixel {
   uint16_t x = 0, y = 0;
-  uint8_t light = 0;
+  uint8_t kind = 0, light = 0, depth = 0;
 };
+const char* const KINDS[] = {"primary", "shadow", "reflect", "transmit"};
 
 class Output {
  public:
@@ -101,7 +103,8 @@ class Simulation {
   std::map<uint32_t, uint32_t> counters_;
   uint32_t error_code_ = 0, error_addr_ = 0;
   uint64_t cycle_ = 0, last_life_ = 0;
-  uint64_t primary_ = 0, shadow_ = 0, pixels_total_ = 0;
+  uint64_t rays_[4][16] = {};    // by kind and depth
+  uint64_t rays_total_ = 0, pixels_total_ = 0;
   bool progress_shown_ = false;
   Clock::time_point start_ = Clock::now(), last_progress_ = start_;
 };
@@ -192,16 +195,22 @@ void Simulation::trace_rays() {
   const Vtop& t = *top_;
   if (t.hit_valid_o) {           // before the events that may give its index away again
     const Pixel& p = pixel_[t.hit_id_o];
-    (t.hit_any_hit_o ? shadow_ : primary_)++;
+    rays_[p.kind][p.depth]++;
+    rays_total_++;
     last_life_ = cycle_;
     if (hits_) {
-      const HitRecord record{p.x, p.y, t.hit_any_hit_o, t.hit_any_hit_o ? p.light : uint8_t(0), t.hit_hit_o, 0,
+      const HitRecord record{p.x, p.y, p.kind, p.light, t.hit_hit_o, p.depth,
                              t.hit_tri_o, t.hit_t_o, t.hit_beta_o, t.hit_gamma_o};
       hits_.write(&record, sizeof record);
     }
   }
-  if (t.pri_valid_o) pixel_[t.pri_id_o] = {t.pri_x_o, t.pri_y_o, 0};
-  if (t.sec_valid_o) pixel_[t.sec_id_o].light = t.sec_light_o;
+  if (t.pri_valid_o) pixel_[t.pri_id_o] = {t.pri_x_o, t.pri_y_o, 0, 0, 0};
+  if (t.sec_valid_o) {
+    Pixel& p = pixel_[t.sec_id_o];
+    p.kind = t.sec_kind_o;
+    p.light = t.sec_light_o;
+    p.depth = t.sec_depth_o;
+  }
 }
 
 void Simulation::check() {
@@ -229,7 +238,7 @@ void Simulation::show_progress(bool last) {
     std::snprintf(left, sizeof left, ", %.0f s left", seconds * double(pixels_total_ - std::min(done, pixels_total_)) / double(done));
   }
   std::fprintf(stderr, "\r%" PRIu64 " rays, %" PRIu64 "/%" PRIu64 " pixels, %" PRIu64 " kcycles, %.0f kcycles/s%s   %s",
-               primary_ + shadow_, done, pixels_total_, cycle_ / 1000, double(cycle_) / seconds / 1000.0, left, last ? "\n" : "");
+               rays_total_, done, pixels_total_, cycle_ / 1000, double(cycle_) / seconds / 1000.0, left, last ? "\n" : "");
   std::fflush(stderr);
   progress_shown_ = true;
 }
@@ -365,7 +374,15 @@ void Simulation::write_stats() {
   std::fprintf(f, "},\n  \"axi\": {\"read_bursts\": %" PRIu64 ", \"read_beats\": %" PRIu64 ", \"write_bursts\": %" PRIu64 ", \"write_beats\": %" PRIu64 "},\n",
                c.read_bursts, c.read_beats, c.write_bursts, c.write_beats);
   std::fprintf(f, "  \"error\": {\"code\": %u, \"addr\": %u},\n", error_code_, error_addr_);
-  std::fprintf(f, "  \"rays\": {\"primary\": %" PRIu64 ", \"shadow\": %" PRIu64 "},\n", primary_, shadow_);
+  std::fprintf(f, "  \"rays\": {");           // by kind: a list by depth, as long as it has to be
+  for (int kind = 0; kind < 4; kind++) {
+    int deepest = 15;
+    while (deepest > 0 && rays_[kind][deepest] == 0) deepest--;
+    std::fprintf(f, "%s\"%s\": [", kind ? ", " : "", KINDS[kind]);
+    for (int d = 0; d <= deepest; d++) std::fprintf(f, "%s%" PRIu64, d ? ", " : "", rays_[kind][d]);
+    std::fprintf(f, "]");
+  }
+  std::fprintf(f, "},\n");
   std::fprintf(f, "  \"sim\": {\"cycles\": %" PRIu64 ", \"seconds\": %.3f, \"cycles_per_second\": %.0f},\n", cycle_, seconds, double(cycle_) / seconds);
   std::fprintf(f, "  \"memory\": {\"bits\": %u, \"latency\": %u, \"outstanding\": %u, \"backpressure\": %g, \"seed\": %" PRIu64 "}\n}\n",
                memory_config_.beat_bytes * 8, memory_config_.latency, memory_config_.outstanding, memory_config_.backpressure, memory_config_.seed);

@@ -60,10 +60,11 @@ module rc_sim_top import rc_pkg::*; #(
   output logic [15:0]        pri_y_o,
   output logic               sec_valid_o,
   output ray_id_t            sec_id_o,
+  output logic [1:0]         sec_kind_o,
   output light_id_t          sec_light_o,
+  output depth_t             sec_depth_o,
   output logic               hit_valid_o,
   output ray_id_t            hit_id_o,
-  output logic               hit_any_hit_o,
   output logic               hit_hit_o,
   output idx_t               hit_tri_o,
   output fp_t                hit_t_o,
@@ -78,9 +79,9 @@ module rc_sim_top import rc_pkg::*; #(
   );
 
   assign {pri_valid_o, pri_id_o, pri_x_o, pri_y_o} = {trace.pri_valid, trace.pri};
-  assign {sec_valid_o, sec_id_o, sec_light_o} = {trace.sec_valid, trace.sec_id, trace.sec_light};
-  assign {hit_valid_o, hit_id_o, hit_any_hit_o, hit_hit_o} =
-         {trace.hit_valid, trace.hit.id, trace.hit.any_hit, trace.hit.hit};
+  assign {sec_valid_o, sec_id_o, sec_kind_o, sec_light_o, sec_depth_o} =
+         {trace.sec_valid, trace.sec_id, trace.sec_kind, trace.sec_light, trace.sec_depth};
+  assign {hit_valid_o, hit_id_o, hit_hit_o} = {trace.hit_valid, trace.hit.id, trace.hit.hit};
   assign {hit_tri_o, hit_t_o, hit_beta_o, hit_gamma_o} =
          {trace.hit.tri_idx, trace.hit.t, trace.hit.beta, trace.hit.gamma};
 

@@ -23,7 +23,7 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
   output logic [NumClients-1:0]       req_ready_o,
   input  line_addr_t [NumClients-1:0] req_addr_i,
   output logic [NumClients-1:0]       rsp_valid_o,   // one-hot; per client in order of its requests
-  output line_t                       rsp_line_o,
+  output block64_t                    rsp_block_o,
   output logic [NumClients-1:0]       ev_line_o,     // a line is asked from memory for this client
   output logic [IdW-1:0]              m_axi_arid,
   output addr_t                       m_axi_araddr,
@@ -111,13 +111,11 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
     end
     for (int b = 0; b < BEATS; b++) begin
       for (int w = 0; w < WORDS; w++) begin
-        if (outside) rsp_line_o[b * WORDS + w] <= '0;
-        else if (beat && beat_q == BEAT_W'(b)) rsp_line_o[b * WORDS + w] <= m_axi_rdata[64 * w +: WORD_W];
+        if (outside) rsp_block_o[b * WORDS + w] <= '0;
+        else if (beat && beat_q == BEAT_W'(b)) rsp_block_o[b * WORDS + w] <= m_axi_rdata[64 * w +: 64];
       end
     end
   end
-  logic unused_rdata;                      // the top four bits of every word
-  assign unused_rdata = ^m_axi_rdata;
   assign idle_o = !head_valid && rsp_valid_o == '0;
 
   // ---- errors: all are reported, the receiver latches the first -------------------------------------

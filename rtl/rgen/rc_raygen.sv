@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// Ray generation (paper Sec. 3.3): makes primary rays from pixels, and gives shadow rays their 1/d. One ray in four
-// cycles; a shadow ray, when there is one, goes first, so that the shading unit always drains.
+// Ray generation (paper Sec. 3.3): makes primary rays from pixels, and gives all others their 1/d. One ray in four
+// cycles; a ray from the shading unit, when there is one, goes first, so that unit always drains.
 //
 // Component-serial: a ray uses a functional unit in three consecutive cycles for x, y, z, and the fourth is left for a
 // scalar. So one TFadd serves v and |v|^2, one Fdiv serves 1/|v| and 1/d (modulo schedule, initiation interval 4; the
@@ -13,7 +13,7 @@
 //   T_SQRT   |v|
 //   T_INV    1 / |v|                            scalar beat of T_IDIR's unit
 //   T_DIR    d_i = v_i / |v|
-//   T_IDIR   1 / d_i                            d_i of a shadow ray comes in here
+//   T_IDIR   1 / d_i                            d_i that the shading unit made comes in here
 //   T_OUT    last component of 1 / d
 // The pipeline never stalls: a ray enters only if the queue of contexts has room, and each ray in the pipeline or in
 // the other two queues has its entry there. docs/raygen.md shows the schedule as a table.
@@ -30,9 +30,8 @@ module rc_raygen import rc_pkg::*; (
   output logic    ray_valid_o,
   input  logic    ray_ready_i,
   output ray_t    ray_o,
-  output logic    dir_valid_o,                // direction of a primary ray, when the ray leaves
-  output ray_id_t dir_id_o,
-  output vec3_t   dir_o
+  output logic      path_ray_valid_o,         // a ray that is no shadow ray, when it leaves
+  output path_ray_t path_ray_o
 );
   localparam int unsigned BEATS = 4;          // x, y, z, scalar
 
@@ -90,7 +89,9 @@ module rc_raygen import rc_pkg::*; (
   typedef struct packed {
     ray_id_t id;
     logic    any_hit;
+    logic    primary;
     idx_t    skip;
+    fp_t     t_min;
     fp_t     t_max;
     vec3_t   org;
   } ctx_t;
@@ -100,8 +101,10 @@ module rc_raygen import rc_pkg::*; (
   assign sec_ready_o = beat_q == 2'd3 && ctx_in_ready;
   assign pri_ready_o = sec_ready_o && !sec_valid_i;
   assign accept      = sec_ready_o && (sec_valid_i || pri_valid_i);
-  assign ctx_in = sec_valid_i ? '{id: sec_i.id, any_hit: 1'b1, skip: sec_i.skip, t_max: sec_i.t_max, org: sec_i.org}
-                              : '{id: pri_i.id, any_hit: 1'b0, skip: TRI_NONE, t_max: FP_HUGE, org: cam_i.org};
+  assign ctx_in = sec_valid_i ? '{id: sec_i.id, any_hit: sec_i.kind == RAY_SHADOW, primary: 1'b0, skip: sec_i.skip,
+                                  t_min: sec_i.t_min, t_max: sec_i.t_max, org: sec_i.org}
+                              : '{id: pri_i.id, any_hit: 1'b0, primary: 1'b1, skip: TRI_NONE,
+                                  t_min: T_MIN, t_max: FP_HUGE, org: cam_i.org};
   rc_fifo #(.data_t(ctx_t), .Depth(DEPTH)) u_ctx (
     .clk_i, .rst_ni,
     .in_valid_i(accept), .in_ready_o(ctx_in_ready), .in_data_i(ctx_in),
@@ -109,7 +112,7 @@ module rc_raygen import rc_pkg::*; (
     .count_o(unused_count[0])
   );
 
-  // Directions of shadow rays wait here until they are due at the divider.
+  // Directions that the shading unit made wait here until they are due at the divider.
   vec3_t sec_dir;
   logic  sec_dir_ready, sec_dir_valid, sec_due;
   rc_fifo #(.data_t(vec3_t), .Depth(DEPTH)) u_sec_dir (
@@ -119,7 +122,7 @@ module rc_raygen import rc_pkg::*; (
     .count_o(unused_count[1])
   );
   logic unused_sec;
-  assign unused_sec = ^sec_i.light;
+  assign unused_sec = ^{sec_i.light, sec_i.depth};
 
   // ---- pixel to px, py ------------------------------------------------------------------------------------------
   logic [15:0] x_q, y_q;
@@ -203,11 +206,10 @@ module rc_raygen import rc_pkg::*; (
   );
   assign leave       = ray_valid_o && ray_ready_i;
   assign ray_valid_o = vec_valid;
-  assign ray_o = '{id: ctx_out.id, any_hit: ctx_out.any_hit, skip: ctx_out.skip, t_max: ctx_out.t_max,
-                   inv_dir: vec_out.inv_dir, dir: vec_out.dir, org: ctx_out.org};
-  assign dir_valid_o = leave && !ctx_out.any_hit;
-  assign dir_id_o    = ctx_out.id;
-  assign dir_o       = vec_out.dir;
+  assign ray_o = '{id: ctx_out.id, any_hit: ctx_out.any_hit, skip: ctx_out.skip, t_min: ctx_out.t_min,
+                   t_max: ctx_out.t_max, inv_dir: vec_out.inv_dir, dir: vec_out.dir, org: ctx_out.org};
+  assign path_ray_valid_o = leave && !ctx_out.any_hit;
+  assign path_ray_o = '{id: ctx_out.id, primary: ctx_out.primary, dir: vec_out.dir, org: ctx_out.org};
 
 `ifndef SYNTHESIS
   always_ff @(posedge clk_i) begin

@@ -102,7 +102,7 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   end
 
   // ---- P_UV: comparisons of far t, of t at the plane, or of the hit's t ------------------------------------
-  fp_t        t, best, t_max, tmax;
+  fp_t        t, best, t_limit, tmax;
   logic       best_slack, inv_huge;
   visit_t     visit2_uv;
   fp_t  [3:0] cmp_a, cmp_b;
@@ -110,21 +110,24 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   rc_delay #(.Width(3), .Depth(P_UV - P_OFF2)) u_mode_uv (
     .clk_i, .in_i({mode_off2, mul_off2[0][FP_W-2:0] == FP_HUGE[FP_W-2:0]}), .out_o({mode_uv, inv_huge}));
   rc_delay #(.Width(FP_W), .Depth(P_UV - P_T)) u_t (.clk_i, .in_i(t_i), .out_o(t));
+  // The ray's t_min where a triangle is tested, its t_max for the box.
   rc_delay #(.Width(3 * FP_W + 1), .Depth(P_UV - P_OPER)) u_best (
-    .clk_i, .in_i({best_oper_i, ray_oper_i.t_max, tmax_oper_i, best_slack_oper_i}),
-    .out_o({best, t_max, tmax, best_slack}));
+    .clk_i, .in_i({best_oper_i, (mode_oper_i == ISECT) ? ray_oper_i.t_min : ray_oper_i.t_max, tmax_oper_i,
+                   best_slack_oper_i}),
+    .out_o({best, t_limit, tmax, best_slack}));
   rc_delay #(.Width($bits(visit_t)), .Depth(P_UV - P_OPER2)) u_visit2 (.clk_i, .in_i(visit2), .out_o(visit2_uv));
   always_comb begin
     cmp_a = {4{uv[0]}};
     cmp_b = {visit2_uv.tmax, visit2_uv.tmin, ulp_down1(visit2_uv.tmin), ulp_up(visit2_uv.tmax, 23'd1)};
     if (mode_uv == BOX) begin
-      cmp_a[1:0] = {t_max, uv[1]};
+      cmp_a[1:0] = {t_limit, uv[1]};
       cmp_b[1:0] = {uv[2], uv[0]};
     end
     if (mode_uv == ISECT) begin
       // 0, 1: far enough away; 2: nearer if this hit is clean; 3: nearer if it used the slack.
+      // t_min is positive, so that it can be compared as a pattern.
       cmp_a = {best_slack ? t : ulp_up(t, 23'd16), t, t, t};
-      cmp_b = {best, best_slack ? ulp_up(best, 23'd16) : best, T_SLACK, T_MIN};
+      cmp_b = {best, best_slack ? ulp_up(best, 23'd16) : best, (t_limit > T_SLACK) ? t_limit : T_SLACK, t_limit};
     end
   end
   for (genvar i = 0; i < 4; i++) begin : gen_cmp
@@ -136,7 +139,7 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   fp_t  uv0, uv1, uv2, t_step2, t_max_step2, tmax_step2, early_a, early_b, early_a_boxf, early_b_boxf, box_tmax;
   logic early_lt, early_eq, early_gt_unused, t_le_tmax, clean_near, slack_near, clean_far, slack_far;
   rc_delay #(.Width(6 * FP_W), .Depth(LAT_CMP)) u_early_d (
-    .clk_i, .in_i({uv[2], uv[1], uv[0], t, t_max, tmax}), .out_o({uv2, uv1, uv0, t_step2, t_max_step2, tmax_step2}));
+    .clk_i, .in_i({uv[2], uv[1], uv[0], t, t_limit, tmax}), .out_o({uv2, uv1, uv0, t_step2, t_max_step2, tmax_step2}));
   rc_delay #(.Width(2), .Depth(LAT_CMP)) u_mode_boxf (.clk_i, .in_i(mode_uv), .out_o({mode_boxf}));
   always_comb begin
     early_a = lt[1] ? t_max_step2 : uv2;     // b < a of the model

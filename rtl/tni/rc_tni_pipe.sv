@@ -185,12 +185,18 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
 
   // ---- P_END: what the ray does next ----------------------------------------------------------------------------------
   state_t s;
-  logic   act, any_hit, last, pop_wanted, pop_none, hit_valid;
+  logic   act, any_hit, opaque, last, pop_wanted, pop_none, hit_valid;
   idx_t   tri_idx;
+  mat_t   mat;
+  triaccel_t rec_oper;
+  logic   unused_rec;
+  assign rec_oper   = triaccel_t'(what_oper[0] ? line_oper_q[7:4] : line_oper_q[3:0]);
+  assign unused_rec = ^rec_oper;
   assign s   = gen_p[P_END].s_q;
   assign act = v_q[P_END] && a_q[P_END];
-  rc_delay #(.Width(1 + IDX_W), .Depth(P_END - P_OPER)) u_tri (
-    .clk_i, .in_i({ray_oper.any_hit, what_oper}), .out_o({any_hit, tri_idx}));
+  rc_delay #(.Width(2 + MAT_W + IDX_W), .Depth(P_END - P_OPER)) u_tri (
+    .clk_i, .in_i({ray_oper.any_hit, rec_oper.opaque, rec_oper.mat, what_oper}),
+    .out_o({any_hit, opaque, mat, tri_idx}));
   rc_delay #(.Width(1), .Depth(P_END - P_INDEX)) u_last (.clk_i, .in_i(last_index), .out_o(last));
   assign hit_valid = act && s.mode == ISECT && accept;
   always_comb begin
@@ -222,7 +228,7 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
           next.idx   = s.idx + 1'b1;
           pop_wanted = last;
           pop_none   = s.sp == '0 || (accept ? best_lt_pop : best_lt_stack) || (accept ? t_le_tmax : best_le_tmax);
-          next_done  = accept && any_hit;
+          next_done  = accept && any_hit && opaque;   // through others a shadow ray goes on (docs/whitted.md)
           if (accept) begin
             next.best  = t;
             next.slack = slack;
@@ -245,7 +251,8 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
     .clk_i, .rst_ni, .in_valid_i, .in_ready_o, .in_i, .out_valid_o, .out_ready_i, .out_o,
     .enter_valid_o(enter_valid), .enter_ready_i(!loops), .enter_slot_o(enter_slot),
     .rd_valid_i(v_q[P_LINE]), .rd_slot_i(gen_p[P_LINE].s_q.slot), .rd_ray_o(ray_oper),
-    .hit_valid_i(hit_valid), .hit_slot_i(s.slot), .hit_tri_i(tri_idx), .hit_beta_i(beta), .hit_gamma_i(gamma),
+    .hit_valid_i(hit_valid), .hit_slot_i(s.slot), .hit_tri_i(tri_idx), .hit_opaque_i(opaque), .hit_mat_i(mat),
+    .hit_beta_i(beta), .hit_gamma_i(gamma),
     .done_valid_i(v_q[P_TOP] && done_q), .done_slot_i(gen_p[P_TOP].s_q.slot), .done_hit_i(gen_p[P_TOP].s_q.hit),
     .done_t_i(gen_p[P_TOP].s_q.best));
 

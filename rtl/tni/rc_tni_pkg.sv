@@ -68,6 +68,7 @@ package rc_tni_pkg;
   typedef struct packed {
     logic  any_hit;
     idx_t  skip;
+    fp_t   t_min;
     fp_t   t_max;
     vec3_t inv_dir;
     vec3_t dir;

@@ -23,6 +23,8 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
   input  logic       hit_valid_i,          // a nearer hit
   input  slot_t      hit_slot_i,
   input  idx_t       hit_tri_i,
+  input  logic       hit_opaque_i,
+  input  mat_t       hit_mat_i,
   input  fp_t        hit_beta_i,
   input  fp_t        hit_gamma_i,
   input  logic       done_valid_i,         // the ray is finished
@@ -32,7 +34,7 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
 );
   localparam int unsigned SLOTS = 1 << SLOT_W;
   typedef struct packed {slot_t slot; logic hit; fp_t t;} outcome_t;
-  typedef struct packed {idx_t tri_idx; fp_t beta; fp_t gamma;} where_t;
+  typedef struct packed {logic opaque; mat_t mat; idx_t tri_idx; fp_t beta; fp_t gamma;} where_t;
   typedef struct packed {ray_id_t id; logic any_hit;} name_t;
 
   // ---- in ---------------------------------------------------------------------------------------------
@@ -43,8 +45,8 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
   logic        wait_ready, done_ready;
   assign in_ready_o = slot_valid;
   assign in_fire    = in_valid_i && slot_valid;
-  assign in_const   = '{any_hit: in_i.any_hit, skip: in_i.skip, t_max: in_i.t_max, inv_dir: in_i.inv_dir,
-                        dir: in_i.dir, org: in_i.org};
+  assign in_const   = '{any_hit: in_i.any_hit, skip: in_i.skip, t_min: in_i.t_min, t_max: in_i.t_max,
+                        inv_dir: in_i.inv_dir, dir: in_i.dir, org: in_i.org};
   rc_idx_pool #(.NumIdx(SLOTS)) u_free (
     .clk_i, .rst_ni, .out_valid_o(slot_valid), .out_ready_i(in_fire), .out_idx_o(slot),
     .free_valid_i(free_valid), .free_idx_i(free_slot), .count_o(free_count_unused));
@@ -69,7 +71,7 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
   assign free_valid = read;
   assign free_slot  = done.slot;
   rc_ram_1r1w #(.Width($bits(where_t)), .Depth(SLOTS)) u_where (
-    .clk_i, .we_i(hit_valid_i), .waddr_i(hit_slot_i), .wdata_i({hit_tri_i, hit_beta_i, hit_gamma_i}),
+    .clk_i, .we_i(hit_valid_i), .waddr_i(hit_slot_i), .wdata_i({hit_opaque_i, hit_mat_i, hit_tri_i, hit_beta_i, hit_gamma_i}),
     .re_i(read), .raddr_i(done.slot), .rdata_o(where));
   rc_ram_1r1w #(.Width($bits(name_t)), .Depth(SLOTS)) u_name (
     .clk_i, .we_i(in_fire), .waddr_i(slot), .wdata_i({in_i.id, in_i.any_hit}),
@@ -81,9 +83,9 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
     if (read) {out_hit_q, out_t_q} <= {done.hit, done.t};
   end
   always_comb begin
-    out_o = '{id: name.id, any_hit: name.any_hit, hit: out_hit_q, tri_idx: TRI_NONE, t: out_t_q, beta: FP_ZERO,
-              gamma: FP_ZERO};
-    if (out_hit_q) {out_o.tri_idx, out_o.beta, out_o.gamma} = where;
+    out_o = '{id: name.id, any_hit: name.any_hit, hit: out_hit_q, opaque: 1'b1, mat: '0, tri_idx: TRI_NONE, t: out_t_q,
+              beta: FP_ZERO, gamma: FP_ZERO};
+    if (out_hit_q) {out_o.opaque, out_o.mat, out_o.tri_idx, out_o.beta, out_o.gamma} = where;
   end
 
 `ifndef SYNTHESIS

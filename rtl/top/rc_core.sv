@@ -68,16 +68,19 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
   // ---- lights and materials ---------------------------------------------------------------------------
   logic       [NUM_RD_CLIENTS-1:0] req_valid, req_ready, rsp_valid, ev_line;
   line_addr_t [NUM_RD_CLIENTS-1:0] req_addr;
+  block64_t                        rsp_block;
   line_t                           rsp_line, ld_line;
-  logic                            ld_valid, ld_light;
+  logic                            ld_valid;
+  ld_kind_e                        ld_kind;
   logic       [7:0]                ld_idx;
+  assign rsp_line = used_bits(rsp_block);
   rc_loader u_loader (
     .clk_i, .rst_ni(unit_rst_n), .start_i(load_start), .busy_o(load_busy),
     .light_base_i(setup_i.light_base), .light_count_i(setup_i.light_count[4:0]),
     .mat_base_i(setup_i.mat_base), .mat_count_i(setup_i.mat_count[8:0]),
     .req_valid_o(req_valid[RD_LOADER]), .req_ready_i(req_ready[RD_LOADER]), .req_addr_o(req_addr[RD_LOADER]),
     .rsp_valid_i(rsp_valid[RD_LOADER]), .rsp_line_i(rsp_line),
-    .ld_valid_o(ld_valid), .ld_light_o(ld_light), .ld_idx_o(ld_idx), .ld_line_o(ld_line)
+    .ld_valid_o(ld_valid), .ld_kind_o(ld_kind), .ld_idx_o(ld_idx), .ld_line_o(ld_line)
   );
 
   // ---- rays ---------------------------------------------------------------------------------------------
@@ -90,7 +93,8 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
   logic [7:0][31:0] wr_data;
   logic [7:0]       wr_strb;
   assign shade_cfg = '{
-    info_base: setup_i.info_base, mat_count: setup_i.mat_count[8:0], light_count: setup_i.light_count[4:0],
+    info_base: setup_i.info_base, uv_base: setup_i.uv_base, tex_base: setup_i.tex_base, mip_bias: setup_i.mip_bias,
+    trilinear: setup_i.trilinear, max_depth: setup_i.max_depth, min_weight: setup_i.min_weight, mat_count: setup_i.mat_count[8:0], light_count: setup_i.light_count[4:0],
     shadows: setup_i.shadows, background: setup_i.background
   };
   rc_dispatch #(.NumRtus(1)) u_dispatch (
@@ -102,11 +106,15 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
     .clk_i, .rst_ni(unit_rst_n),
     .tree_i(setup_i.tree), .camera_i(setup_i.camera), .shade_i(shade_cfg), .frame_i(setup_i.frame),
     .blk_valid_i(blk_valid), .blk_ready_o(blk_ready), .blk_i(blk),
-    .ld_valid_i(ld_valid), .ld_light_i(ld_light), .ld_idx_i(ld_idx), .ld_line_i(ld_line),
+    .ld_valid_i(ld_valid), .ld_kind_i(ld_kind), .ld_idx_i(ld_idx), .ld_line_i(ld_line),
     .tni_req_valid_o(req_valid[RD_TNI]), .tni_req_ready_i(req_ready[RD_TNI]), .tni_req_addr_o(req_addr[RD_TNI]),
     .tni_rsp_valid_i(rsp_valid[RD_TNI]), .tni_rsp_line_i(rsp_line),
     .tri_req_valid_o(req_valid[RD_TRI]), .tri_req_ready_i(req_ready[RD_TRI]), .tri_req_addr_o(req_addr[RD_TRI]),
     .tri_rsp_valid_i(rsp_valid[RD_TRI]), .tri_rsp_line_i(rsp_line),
+    .uv_req_valid_o(req_valid[RD_UV]), .uv_req_ready_i(req_ready[RD_UV]), .uv_req_addr_o(req_addr[RD_UV]),
+    .uv_rsp_valid_i(rsp_valid[RD_UV]), .uv_rsp_line_i(rsp_line),
+    .tex_req_valid_o(req_valid[RD_TEX]), .tex_req_ready_i(req_ready[RD_TEX]), .tex_req_addr_o(req_addr[RD_TEX]),
+    .tex_rsp_valid_i(rsp_valid[RD_TEX]), .tex_rsp_block_i(rsp_block),
     .wr_valid_o(wr_valid), .wr_ready_i(wr_ready), .wr_addr_o(wr_addr), .wr_data_o(wr_data), .wr_strb_o(wr_strb),
     .err_valid_o(rtu_err_valid), .err_o(rtu_err), .idle_o(rtu_idle),
     .ev_o(rtu_ev), .trace_o
@@ -118,7 +126,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
     .clk_i, .rst_ni, .window_i(rd_window), .stop_i(stop), .idle_o(rd_idle),
     .err_valid_o(rd_err_valid), .err_o(rd_err),
     .req_valid_i(req_valid), .req_ready_o(req_ready), .req_addr_i(req_addr),
-    .rsp_valid_o(rsp_valid), .rsp_line_o(rsp_line), .ev_line_o(ev_line),
+    .rsp_valid_o(rsp_valid), .rsp_block_o(rsp_block), .ev_line_o(ev_line),
     .m_axi_arid, .m_axi_araddr, .m_axi_arlen, .m_axi_arsize, .m_axi_arburst, .m_axi_arvalid, .m_axi_arready,
     .m_axi_rid, .m_axi_rdata, .m_axi_rresp, .m_axi_rlast, .m_axi_rvalid, .m_axi_rready
   );

@@ -28,7 +28,7 @@ module rc_counters import rc_pkg::*, rc_top_pkg::*; (
     {rays_in, rays_out}          = '0;
     p1_inc_d[CNT_CYCLES]         = 5'd1;
     p1_inc_d[CNT_RAYS_PRIMARY]   = inc_t'(rtu_ev_i.pri);
-    p1_inc_d[CNT_RAYS_SHADOW]    = inc_t'(rtu_ev_i.sec);
+    p1_inc_d[CNT_RAYS_SHADOW]    = inc_t'(rtu_ev_i.shadow);
     p1_inc_d[CNT_RAYS_CULLED]    = inc_t'(rtu_ev_i.culled);
     for (int p = 0; p < 4; p++) begin
       p1_inc_d[CNT_SLOTS_BOX]       += inc_t'(rtu_ev_i.tni[p].box);
@@ -53,6 +53,14 @@ module rc_counters import rc_pkg::*, rc_top_pkg::*; (
     p1_inc_d[CNT_FB_ROWS]        = inc_t'(row_i);
     p1_inc_d[CNT_RD_STALL]       = inc_t'(rd_stall_i);
     p1_inc_d[CNT_RAYS_IN_FLIGHT] = flight_sum[8:4];
+    p1_inc_d[CNT_RAYS_REFLECT]   = inc_t'(rtu_ev_i.reflect);
+    p1_inc_d[CNT_RAYS_TRANSMIT]  = inc_t'(rtu_ev_i.transmit);
+    p1_inc_d[CNT_UV_HITS]        = inc_t'(rtu_ev_i.uv_hit);
+    p1_inc_d[CNT_UV_MISSES]      = inc_t'(rtu_ev_i.uv_miss);
+    p1_inc_d[CNT_TEX_HITS]       = inc_t'(rtu_ev_i.tex_hit);
+    p1_inc_d[CNT_TEX_MISSES]     = inc_t'(rtu_ev_i.tex_miss);
+    p1_inc_d[CNT_LINES_UV]       = inc_t'(line_i[RD_UV]);
+    p1_inc_d[CNT_LINES_TEX]      = inc_t'(line_i[RD_TEX]);
   end
 
   always_ff @(posedge clk_i) begin

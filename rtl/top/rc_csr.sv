@@ -72,8 +72,12 @@ module rc_csr import rc_pkg::*, rc_top_pkg::*; (
       width:   hw.SIZE.width.value,          height:    hw.SIZE.height.value
     },
     background: {hw.BACKGROUND_B.value.value, hw.BACKGROUND_G.value.value, hw.BACKGROUND_R.value.value},
-    shadows:     hw.OPTIONS.shadows.value,
+    shadows:     hw.OPTIONS.shadows.value,   trilinear:   hw.OPTIONS.trilinear.value,
+    max_depth:   hw.MAX_DEPTH.value.value,   min_weight:  hw.MIN_WEIGHT.value.value,
+    mip_bias:    hw.MIP_BIAS.value.value,
     info_base:   hw.INFO_BASE.line.value,
+    uv_base:     hw.UV_BASE.line.value,      uv_count:    hw.UV_COUNT.value.value,
+    tex_base:    hw.TEX_BASE.line.value,     tex_lines:   hw.TEX_LINES.value.value,
     mat_base:    hw.MAT_BASE.line.value,     mat_count:   hw.MAT_COUNT.value.value,
     light_base:  hw.LIGHT_BASE.line.value,   light_count: hw.LIGHT_COUNT.value.value
   };
@@ -111,6 +115,14 @@ module rc_csr import rc_pkg::*, rc_top_pkg::*; (
     hw_in.FB_ROWS.value.next          = counters_i[CNT_FB_ROWS];
     hw_in.RD_STALL.value.next         = counters_i[CNT_RD_STALL];
     hw_in.RAYS_IN_FLIGHT.value.next   = counters_i[CNT_RAYS_IN_FLIGHT];
+    hw_in.RAYS_REFLECT.value.next     = counters_i[CNT_RAYS_REFLECT];
+    hw_in.RAYS_TRANSMIT.value.next    = counters_i[CNT_RAYS_TRANSMIT];
+    hw_in.UV_HITS.value.next          = counters_i[CNT_UV_HITS];
+    hw_in.UV_MISSES.value.next        = counters_i[CNT_UV_MISSES];
+    hw_in.TEX_HITS.value.next         = counters_i[CNT_TEX_HITS];
+    hw_in.TEX_MISSES.value.next       = counters_i[CNT_TEX_MISSES];
+    hw_in.LINES_UV.value.next         = counters_i[CNT_LINES_UV];
+    hw_in.LINES_TEX.value.next        = counters_i[CNT_LINES_TEX];
   end
 
 endmodule

@@ -17,7 +17,7 @@ module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
   output logic             blk_ready_o,
   input  block_t           blk_i,
   input  logic             ld_valid_i,     // lights and materials, before the first block
-  input  logic             ld_light_i,
+  input  ld_kind_e         ld_kind_i,
   input  logic [7:0]       ld_idx_i,
   input  line_t            ld_line_i,
   output logic             tni_req_valid_o,   // memory: T&I unit
@@ -30,6 +30,16 @@ module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
   output line_addr_t       tri_req_addr_o,
   input  logic             tri_rsp_valid_i,
   input  line_t            tri_rsp_line_i,
+  output logic             uv_req_valid_o,    // memory: texture coordinates
+  input  logic             uv_req_ready_i,
+  output line_addr_t       uv_req_addr_o,
+  input  logic             uv_rsp_valid_i,
+  input  line_t            uv_rsp_line_i,
+  output logic             tex_req_valid_o,   // memory: textures
+  input  logic             tex_req_ready_i,
+  output line_addr_t       tex_req_addr_o,
+  input  logic             tex_rsp_valid_i,
+  input  block64_t         tex_rsp_block_i,
   output logic             wr_valid_o,        // memory: rows of pixels
   input  logic             wr_ready_i,
   output addr_t            wr_addr_o,
@@ -45,13 +55,13 @@ module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
   open_t     open;
   blk_slot_t open_slot;
   map_t      map;
-  ray_id_t   free_id, dir_id;
-  logic      pri_valid, pri_ready, sec_valid, sec_ready, ray_valid, ray_ready, dir_valid;
+  ray_id_t   free_id;
+  path_ray_t path_ray;
+  logic      pri_valid, pri_ready, sec_valid, sec_ready, ray_valid, ray_ready, path_ray_valid;
   logic      hit_valid, hit_ready, done_valid, done_ready;
   pri_t      pri;
   sec_t      sec;
   ray_t      ray;
-  vec3_t     dir;
   hit_t      hit;
   done_t     done;
   logic      tni_err_valid, shade_err_valid;
@@ -68,7 +78,7 @@ module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
     .clk_i, .rst_ni, .cam_i(camera_i), .pri_valid_i(pri_valid), .pri_ready_o(pri_ready), .pri_i(pri),
     .sec_valid_i(sec_valid), .sec_ready_o(sec_ready), .sec_i(sec),
     .ray_valid_o(ray_valid), .ray_ready_i(ray_ready), .ray_o(ray),
-    .dir_valid_o(dir_valid), .dir_id_o(dir_id), .dir_o(dir)
+    .path_ray_valid_o(path_ray_valid), .path_ray_o(path_ray)
   );
 
   rc_tni #(.NtSets(NtSets), .ListSets(ListSets), .L2Sets(L2Sets)) u_tni (
@@ -81,17 +91,18 @@ module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
   );
 
   rc_shade #(.InfoSets(InfoSets)) u_shade (
-    .clk_i, .rst_ni, .org_i(camera_i.org), .background_i(shade_i.background), .shadows_i(shade_i.shadows),
-    .light_count_i(shade_i.light_count), .mat_count_i(shade_i.mat_count), .info_base_i(shade_i.info_base),
-    .ld_valid_i, .ld_light_i, .ld_idx_i, .ld_line_i,
-    .dir_valid_i(dir_valid), .dir_id_i(dir_id), .dir_i(dir),
+    .clk_i, .rst_ni, .cfg_i(shade_i), .ld_valid_i, .ld_kind_i, .ld_idx_i, .ld_line_i,
+    .path_ray_valid_i(path_ray_valid), .path_ray_i(path_ray),
     .hit_valid_i(hit_valid), .hit_ready_o(hit_ready), .hit_i(hit),
     .sec_valid_o(sec_valid), .sec_ready_i(sec_ready), .sec_o(sec),
     .done_valid_o(done_valid), .done_ready_i(done_ready), .done_o(done),
     .req_valid_o(tri_req_valid_o), .req_ready_i(tri_req_ready_i), .req_addr_o(tri_req_addr_o),
     .rsp_valid_i(tri_rsp_valid_i), .rsp_line_i(tri_rsp_line_i),
+    .uv_req_valid_o, .uv_req_ready_i, .uv_req_addr_o, .uv_rsp_valid_i, .uv_rsp_line_i,
+    .tex_req_valid_o, .tex_req_ready_i, .tex_req_addr_o, .tex_rsp_valid_i, .tex_rsp_block_i,
     .err_valid_o(shade_err_valid), .err_o(shade_err),
-    .ev_culled_o(ev_o.culled), .ev_info_hit_o(ev_o.tri_hit), .ev_info_miss_o(ev_o.tri_miss)
+    .ev_culled_o(ev_o.culled), .ev_info_hit_o(ev_o.tri_hit), .ev_info_miss_o(ev_o.tri_miss),
+    .ev_uv_hit_o(ev_o.uv_hit), .ev_uv_miss_o(ev_o.uv_miss), .ev_tex_hit_o(ev_o.tex_hit), .ev_tex_miss_o(ev_o.tex_miss)
   );
 
   rc_pixbuf u_pixbuf (
@@ -105,11 +116,13 @@ module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
 
   assign err_valid_o = tni_err_valid || shade_err_valid;
   assign err_o       = tni_err_valid ? tni_err : shade_err;
-  assign ev_o.pri    = pri_valid && pri_ready;
-  assign ev_o.sec    = sec_valid && sec_ready;
+  assign ev_o.pri      = pri_valid && pri_ready;
+  assign ev_o.shadow   = sec_valid && sec_ready && sec.kind == RAY_SHADOW;
+  assign ev_o.reflect  = sec_valid && sec_ready && sec.kind == RAY_REFLECT;
+  assign ev_o.transmit = sec_valid && sec_ready && sec.kind == RAY_TRANSMIT;
   assign trace_o = '{
     pri_valid: pri_valid && pri_ready, pri: pri,
-    sec_valid: sec_valid && sec_ready, sec_id: sec.id, sec_light: sec.light,
+    sec_valid: sec_valid && sec_ready, sec_id: sec.id, sec_kind: sec.kind, sec_light: sec.light, sec_depth: sec.depth,
     hit_valid: hit_valid && hit_ready, hit: hit
   };
 endmodule

@@ -18,10 +18,12 @@ module rc_setup_check import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg:
   line_addr_t [NUM_WINDOWS-1:0] base;
   lines_t     [NUM_WINDOWS-1:0] lines;            // 64-byte lines of a region, rounded up
   logic       [FRAME_W-1:0]     frame_rows, frame_end, p1_frame_end_q;
-  assign base  = {setup_i.light_base, setup_i.mat_base, setup_i.info_base,
-                  setup_i.tree.accel_base, setup_i.tree.list_base, setup_i.tree.node_base};
-  assign lines = {lines_t'(setup_i.light_count),                              // 64-byte records
-                  lines_t'(setup_i.mat_count),
+  assign base  = {setup_i.tex_base, setup_i.uv_base, setup_i.light_base, setup_i.mat_base,
+                  setup_i.info_base, setup_i.tree.accel_base, setup_i.tree.list_base, setup_i.tree.node_base};
+  assign lines = {lines_t'(setup_i.tex_lines),
+                  (lines_t'(setup_i.uv_count) + lines_t'(1)) >> 1,            // 32-byte records
+                  lines_t'(setup_i.light_count),                              // 64
+                  lines_t'(setup_i.mat_count) << 1,                           // 128
                   lines_t'(setup_i.tree.tri_count),
                   (lines_t'(setup_i.tree.tri_count) + lines_t'(1)) >> 1,      // 32
                   (lines_t'(setup_i.tree.list_count) + lines_t'(15)) >> 4,    // 4
@@ -37,7 +39,7 @@ module rc_setup_check import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg:
   end
 
   // ---- P2: verdict; offsets as in rc_regs.rdl, tb/rc_core checks each of them ------------------------
-  localparam addr_t [NUM_WINDOWS-1:0] BASE_REG = {32'h78, 32'h70, 32'h6C, 32'h64, 32'h5C, 32'h50};
+  localparam addr_t [NUM_WINDOWS-1:0] BASE_REG = {32'hD8, 32'hD0, 32'h78, 32'h70, 32'h6C, 32'h64, 32'h5C, 32'h50};
   logic  bad;
   addr_t bad_reg;
   always_comb begin

@@ -11,7 +11,15 @@ package rc_top_pkg;
     frame_cfg_t  frame;
     vec3_t       background;
     logic        shadows;
+    logic        trilinear;
+    depth_t      max_depth;
+    fp_t         min_weight;
+    mip_t        mip_bias;
     line_addr_t  info_base;
+    line_addr_t  uv_base;
+    idx_t        uv_count;
+    line_addr_t  tex_base;
+    line_addr_t  tex_lines;
     line_addr_t  mat_base;
     logic [15:0] mat_count;
     line_addr_t  light_base;
@@ -25,14 +33,17 @@ package rc_top_pkg;
     err_t err;
   } status_t;
 
-  // Regions that a frame reads: nodes, lists, TriAccel, triangle information, materials, lights.
-  parameter int unsigned NUM_WINDOWS = 6;
+  // Regions that a frame reads: nodes, lists, TriAccel, triangle information, materials, lights, texture coordinates,
+  // textures.
+  parameter int unsigned NUM_WINDOWS = 8;
 
   // Clients of the read port.
-  parameter int unsigned NUM_RD_CLIENTS = 3;
+  parameter int unsigned NUM_RD_CLIENTS = 5;
   parameter int unsigned RD_TNI    = 0;    // L2 cache
   parameter int unsigned RD_TRI    = 1;    // triangle cache
   parameter int unsigned RD_LOADER = 2;
+  parameter int unsigned RD_UV     = 3;    // cache of texture coordinates
+  parameter int unsigned RD_TEX    = 4;    // texture cache
 
   // Counters, in the order of their registers.
   typedef enum logic [4:0] {
@@ -40,8 +51,10 @@ package rc_top_pkg;
     CNT_SLOTS_BOX, CNT_SLOTS_TRAV1, CNT_SLOTS_TRAV2, CNT_SLOTS_ISECT,
     CNT_SLOTS_MISS_NT, CNT_SLOTS_MISS_LIST, CNT_SLOTS_BUBBLE,
     CNT_NT_HITS, CNT_LIST_HITS, CNT_L2_HITS, CNT_L2_MISSES, CNT_TRI_HITS, CNT_TRI_MISSES,
-    CNT_LINES_TNI, CNT_LINES_TRI, CNT_LINES_LOADER, CNT_FB_ROWS, CNT_RD_STALL, CNT_RAYS_IN_FLIGHT
+    CNT_LINES_TNI, CNT_LINES_TRI, CNT_LINES_LOADER, CNT_FB_ROWS, CNT_RD_STALL, CNT_RAYS_IN_FLIGHT,
+    CNT_RAYS_REFLECT, CNT_RAYS_TRANSMIT, CNT_UV_HITS, CNT_UV_MISSES, CNT_TEX_HITS, CNT_TEX_MISSES,
+    CNT_LINES_UV, CNT_LINES_TEX
   } counter_e;
-  parameter int unsigned NUM_COUNTERS = 23;
+  parameter int unsigned NUM_COUNTERS = 31;
   typedef logic [NUM_COUNTERS-1:0][31:0] counters_t;
 endpackage

@@ -23,10 +23,12 @@ from raycore.toolchain import BUILD, REPO
 
 MEM_WIDTHS = (64, 128, 256)
 
-# One finished ray, as sim/rc_sim.cpp writes it; t, beta and gamma are FP24 bit patterns.
+# One finished ray, as sim/rc_sim.cpp writes it; t, beta and gamma are FP24 bit patterns. kind: see RAY_KINDS.
 HIT_DTYPE = np.dtype([
-    ("x", "<u2"), ("y", "<u2"), ("any_hit", "u1"), ("light", "u1"), ("hit", "u1"), ("zero", "u1"),
+    ("x", "<u2"), ("y", "<u2"), ("kind", "u1"), ("light", "u1"), ("hit", "u1"), ("depth", "u1"),
     ("tri", "<u4"), ("t", "<u4"), ("beta", "<u4"), ("gamma", "<u4")])
+
+RAY_KINDS = ("primary", "shadow", "reflect", "transmit")  # ray_kind_e of rc_pkg.sv
 
 _EXIT_FRAME_ERROR = 2
 

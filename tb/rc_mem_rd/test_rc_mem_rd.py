@@ -28,7 +28,7 @@ def memory_words(line):
 
 
 def line_of(line):
-    return sum((w & (1 << 60) - 1) << 60 * i for i, w in enumerate(memory_words(line)))
+    return sum(w << 64 * i for i, w in enumerate(memory_words(line)))
 
 
 class Axi:
@@ -106,7 +106,7 @@ class Bench:
         if answer := int(dut.rsp_valid_o.value):
             client = answer.bit_length() - 1
             assert answer == 1 << client, "an answer for two"
-            want, line = self.open[client].popleft(), int(dut.rsp_line_o.value)
+            want, line = self.open[client].popleft(), int(dut.rsp_block_o.value)
             self.got[client].append(want)
             if self.check:
                 assert line == (line_of(want) if want in INSIDE else 0), f"client {client}: wrong line {want:#x}"

@@ -15,6 +15,7 @@ from raycore.model import fp24, pixbuf
 from raycore.scene import Camera, Light, Material, Scene, face_normals, make_material
 
 PACKAGE = (Path(__file__).resolve().parents[1] / "rtl/rc_pkg.sv").read_text()
+TYPES = re.sub(r"//[^\n]*", "", PACKAGE)
 STRUCTS = {
     "node_t": image.NODE,
     "list_entry_t": image.LIST_ENTRY,
@@ -22,6 +23,8 @@ STRUCTS = {
     "tri_info_t": image.TRI_INFO,
     "light_t": image.LIGHT,
     "material_t": image.MATERIAL,
+    "optics_t": image.OPTICS,
+    "tri_uv_t": image.TRI_UV,
 }
 
 
@@ -42,13 +45,30 @@ def soup(rng, count):
 
 def struct_fields(name):
     """Fields of a packed struct in rc_pkg.sv, lowest bit first: ((name, width), ...)."""
-    widths = {"fp_t": 24, "idx_t": constant("IDX_W"), "mat_t": constant("MAT_W"), "logic": 1}
-    body = re.search(r"typedef struct packed \{([^}]*)\} " + name + ";", re.sub(r"//[^\n]*", "", PACKAGE))[1]
+    widths = {"fp_t": 24, "idx_t": constant("IDX_W"), "mat_t": constant("MAT_W"), "logic": 1, "mip_t": vector("mip_t")}
+    widths["alpha_e"] = int(re.search(r"enum logic \[(\d+):0\] \{[^}]*\} alpha_e;", TYPES)[1]) + 1
+    body = re.search(r"typedef struct packed \{([^}]*)\} " + name + ";", TYPES)[1]
+    found = re.findall(r"(\w+)\s*(?:\[(\d+):0\])?\s+(\w+)\s*;", body)
+    assert len(found) == body.count(";")
     fields = []
-    for kind, high, field in re.findall(r"(\w+)\s*(?:\[(\d+):0\])?\s+(\w+)\s*;", body):
-        fields.append((field, int(high) + 1 if high else widths[kind]))
-    assert len(fields) == body.count(";")
-    return tuple(reversed(fields))
+    for kind, high, field in reversed(found):
+        if kind.endswith("_flags_t"):
+            fields += struct_fields(kind)
+        else:
+            fields.append((field, int(high) + 1 if high else widths[kind]))
+    return tuple(fields)
+
+
+def vector(name):
+    return int(re.search(rf"typedef logic (?:signed )?\[(\d+):0\]\s+{name};", TYPES)[1]) + 1
+
+
+def enum_names(name, prefix):
+    """Names of an enumeration in the order of their values, in lower case, without the prefix."""
+    body = re.search(r"typedef enum logic \[\d+:0\] \{([^}]*)\} " + name + ";", TYPES)[1]
+    pairs = sorted((int(v), n) for n, v in re.findall(rf"{prefix}(\w+)\s*=\s*\d+'d(\d+)", body))
+    assert [v for v, _ in pairs] == list(range(len(pairs))) and len(pairs) == body.count("=")
+    return tuple(n.lower() for _, n in pairs)
 
 
 def constant(name):
@@ -65,6 +85,8 @@ def test_constants_are_those_of_the_package():
     assert image.ALIGN == constant("LINE_B")
     assert image.MAX_LIGHTS == constant("MAX_LIGHTS")
     assert image.MAX_MATERIALS == constant("MAX_MATERIALS")
+    assert image.MIP_FRACTION == 1 << constant("MIP_FRAC_W")
+    assert image.ALPHA_MODES == enum_names("alpha_e", "ALPHA_") and image.WRAPS == enum_names("wrap_e", "WRAP_")
 
 
 @pytest.mark.parametrize("layout", STRUCTS.values())
@@ -143,13 +165,14 @@ def mixed(seed):
 def test_regions_are_apart_aligned_and_registered(mixed):
     at = image.FIRST_ADDRESS
     for lo, hi in mixed.regions.values():
-        assert lo == at and lo % 64 == 0 and hi % 64 == 0 and hi > lo
+        assert lo == at and lo % 64 == 0 and hi % 64 == 0 and hi >= lo
         at = hi
     r = mixed.registers
-    names = ("NODE_BASE", "LIST_BASE", "ACCEL_BASE", "INFO_BASE", "MAT_BASE", "LIGHT_BASE", "FB_BASE")
+    names = ("NODE_BASE", "LIST_BASE", "ACCEL_BASE", "INFO_BASE", "MAT_BASE", "LIGHT_BASE")
+    names += ("UV_BASE", "TEX_BASE", "FB_BASE")
     assert [r[n] for n in names] == [lo for lo, _ in mixed.regions.values()]
     sizes = (8 * r["NODE_COUNT"], 4 * r["LIST_COUNT"], *(s * r["TRI_COUNT"] for s in (32, 64)))
-    sizes += (64 * r["MAT_COUNT"], 64 * r["LIGHT_COUNT"], r["FB_STRIDE"] * 21)
+    sizes += (128 * r["MAT_COUNT"], 64 * r["LIGHT_COUNT"], 32 * r["UV_COUNT"], 64 * r["TEX_LINES"], r["FB_STRIDE"] * 21)
     assert [-(-s // 64) * 64 for s in sizes] == list(mixed.sizes.values())
     assert r["FB_STRIDE"] % 32 == 0 and 0 <= r["FB_STRIDE"] - 4 * 37 < 32
     assert regs.unpack("SIZE", r["SIZE"]) == {"width": 37, "height": 21}
@@ -175,7 +198,7 @@ def test_records_hold_the_scene(mixed):
     words = image.region_words(mixed, "triaccel", 120, 4)
     assert np.flatnonzero(image.unpack_records(image.TRIACCEL, words)["k"] == 3).tolist() == [17]
     table = image.read_materials(mixed)
-    assert np.array_equal(table[:, 9], np.arange(5))
+    assert np.array_equal(table[:, 12], 2.0 ** np.arange(5))
     assert np.abs(table[:, 3:6] - [m.diffuse for m in geometry.scene.materials]).max() < 2.0**-17
 
 
@@ -198,9 +221,80 @@ def test_light_in_the_unit_box_attenuates_as_in_the_world(mixed):
     assert sun[0] == 1.0 and np.allclose(sun[1:4], (0.0, 0.6, 0.8), atol=2.0**-17)
 
 
-@pytest.mark.parametrize("shininess, log2", [(0.1, 0), (1, 0), (2, 1), (11, 3), (12, 4), (32, 5), (200, 8), (1e9, 8)])
-def test_shininess_becomes_a_power_of_two(shininess, log2):
-    assert image.material_table([Material("m", (0, 0, 0), (0, 0, 0), (0, 0, 0), shininess)])[0, 9] == log2
+OPTICS = {
+    "ambient": (0.01, 0.02, 0.03),
+    "diffuse": (0.11, 0.12, 0.13),
+    "specular": (0.21, 0.22, 0.23),
+    "emission": (3.1, 0.32, 0.33),
+    "shininess": 77.7,
+    "reflect": (0.41, 0.42, 0.43),
+    "transmit": (0.51, 0.52, 0.53),
+    "ior": 1.5,
+    "fresnel": True,
+    "alpha": 0.6,
+    "alpha_cutoff": 0.7,
+}
+
+
+def test_material_records():
+    """Every field of a material is where the model looks for it, in every combination of flags."""
+    base = Material("all", **OPTICS)
+    changes = [{}, {"reflect": (0, 0, 0)}, {"transmit": (0, 0, 0)}, {"fresnel": False}, {"tint_reflection": True}]
+    changes += [{"transmit": (0, 0, 0), "alpha_mode": mode} for mode in ("mask", "blend")]
+    materials = [replace(base, **c) for c in changes]
+    triangles = soup(np.random.default_rng(1), 21)
+    scene = make_scene(triangles, materials)
+    scene.face_material[:] = np.arange(21) % 7
+    table = image.read_materials(image.build_image(scene))
+    assert table.shape == (7, 29)
+    for row, m in zip(table, materials):
+        assert np.array_equal(row, fp24.round_to_fp24(row))
+        want = (*m.ambient, *m.diffuse, *m.specular, *m.emission, m.shininess, m.alpha, m.alpha_cutoff)
+        want += (*m.reflect, *m.transmit, m.ior, 1.0 / m.ior)
+        assert np.allclose(row[:23], want, rtol=2.0**-17, atol=0)
+    # textured, alpha mode, reflects, transmits, fresnel, texture tints the reflection
+    flags = [(0, 0, 1, 1, 1, 0), (0, 0, 0, 1, 1, 0), (0, 0, 1, 0, 1, 0), (0, 0, 1, 1, 0, 0), (0, 0, 1, 1, 1, 1)]
+    flags += [(0, 1, 1, 0, 1, 0), (0, 2, 1, 0, 1, 0)]
+    assert np.array_equal(table[:, 23:], flags)
+
+
+def test_opaque_flags():
+    """What ends a shadow ray is flagged in list entries and in triangle records alike."""
+    clear, solid = make_material("clear", (1, 1, 1), transmit=(1, 1, 1)), make_material("solid", (1, 1, 1))
+    mask = make_material("mask", (1, 1, 1), alpha_mode="mask")
+    scene = make_scene(soup(np.random.default_rng(2), 300), [clear, solid, mask])
+    scene.face_material[:] = np.arange(300) % 3
+    built = image.build_image(scene)
+    want = np.arange(300) % 3 == 1
+    accel = image.unpack_records(image.TRIACCEL, image.region_words(built, "triaccel", 300, 4))
+    assert np.array_equal(accel["opaque"], want)
+    low = built.regions["lists"][0]
+    lists = built.memory[low : low + 4 * built.registers["LIST_COUNT"]].view("<u4").astype(np.uint64)
+    entries = image.unpack_records(image.LIST_ENTRY, lists[:, None])
+    assert len(lists) > 100 and np.array_equal(entries["opaque"], want[entries["tri_idx"].astype(int)])
+
+
+def test_path_registers():
+    view = image.View(64, 32, Camera((0, 0, 3), (0, 0, 0), fov=53.13010235), max_depth=7, min_weight=0.01, trilinear=True)
+    r = image.build_image(make_scene(ONE), view).registers
+    assert r["MAX_DEPTH"] == 7 and regs.unpack("OPTIONS", r["OPTIONS"]) == {"shadows": 1, "trilinear": 1}
+    assert fp24.from_bits(np.array([r["MIN_WEIGHT"]]))[0] == pytest.approx(0.01, rel=2.0**-17)
+    assert r["MIP_BIAS"] == 4096 - 5 * 64, "the picture is as high as its distance: a pixel takes 1/32"
+    assert r["UV_COUNT"] == r["TEX_LINES"] == 0
+
+
+def test_default_depth():
+    """Scenes without anything to bounce at take no bounces, others four, or what they ask for."""
+    plain = make_material("plain", (1, 1, 1))
+    for material, depth in (
+        (plain, 0),
+        (replace(plain, reflect=(0, 0, 0.1)), 4),
+        (replace(plain, transmit=(0, 0.1, 0)), 4),
+        (replace(plain, alpha_mode="mask"), 4),
+    ):
+        assert image.default_depth(make_scene(ONE, [material])) == depth
+    assert image.default_depth(make_scene(ONE, [plain, replace(plain, reflect=(1, 1, 1))])) == 0, "not used"
+    assert image.default_depth(make_scene(ONE, [plain], depth=9)) == 9
 
 
 def test_edge_slack_grows_with_the_distance():
@@ -235,6 +329,10 @@ NAN = math.nan
         (image.View(8, 8, lights=[Light((NAN, 0, 0))]), "light nan,0,0"),
         (image.View(8, 8, lights=[Light((0, 0, 0), directional=True)]), "a direction that is not zero"),
         (image.View(8, 8, lights=[Light((0, 0, 1), (1e30, 0, 0))]), "too large for 24-bit"),
+        (image.View(8, 8, max_depth=16), "depth 16: give 0 to 15"),
+        (image.View(8, 8, max_depth=-1), "depth -1"),
+        (image.View(8, 8, min_weight=1.0), "least weight 1"),
+        (image.View(8, 8, min_weight=NAN), "least weight nan"),
         (image.View(8, 8, Camera((0, 0, 1e9), (0, 0, 0))), "camera 0,0,1e\\+09: more than"),
         (image.View(8, 8, Camera((0, 0, 1), (0, 0, 1))), "eye and target"),
         (image.View(8, 8, Camera((0, 1, 0), (0, 0, 0))), "parallel"),
@@ -251,7 +349,24 @@ def test_too_many_materials():
         image.build_image(make_scene(ONE, [make_material("m", (0, 0, 0))] * 257))
 
 
-@pytest.mark.parametrize("material", [Material("m", (0, 0, 0), (-1, 0, 0)), Material("m", (1e30, 0, 0), (0, 0, 0))])
-def test_impossible_colours(material):
-    with pytest.raises(SceneError, match="colour"):
-        image.build_image(make_scene(ONE, [material]))
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        ({"diffuse": (-1, 0, 0)}, "diffuse colour"),
+        ({"ambient": (1e30, 0, 0)}, "ambient colour"),
+        ({"emission": (NAN, 0, 0)}, "emission colour"),
+        ({"reflect": (0, 0, math.inf)}, "reflect colour"),
+        ({"shininess": -1.0}, "shininess -1 is not a number from 0 to 1024"),
+        ({"shininess": 1025.0}, "shininess 1025"),
+        ({"shininess": NAN}, "shininess nan"),
+        ({"alpha": 1.5}, "alpha 1.5"),
+        ({"alpha_cutoff": NAN}, "alpha_cutoff nan"),
+        ({"ior": 0.0}, "ior 0"),
+        ({"alpha_mode": "glass"}, "alpha mode 'glass'"),
+        ({"alpha_mode": "blend", "transmit": (1, 1, 1)}, "it transmits and has alpha mode blend"),
+    ],
+)
+def test_impossible_materials(change, message):
+    with pytest.raises(SceneError, match=message) as error:
+        image.build_image(make_scene(ONE, [replace(make_material("m", (0, 0, 0)), **change)]))
+    assert "\n" not in str(error.value) and "material m" in str(error.value)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 """From a scene and a view to what the hardware is given: bytes in memory and values of registers.
 
-The layouts below are those of `rtl/rc_pkg.sv` (node_t, list_entry_t, triaccel_t, tri_info_t, light_t, material_t), lowest
-bit first; tests/test_image.py reads that file and fails where the two part. docs/seams.md says what the records mean.
+The layouts below are those of `rtl/rc_pkg.sv` (node_t, list_entry_t, triaccel_t, tri_info_t, light_t, material_t, optics_t,
+tri_uv_t), lowest bit first; tests/test_image.py reads that file and fails where the two part. docs/seams.md says what the records mean.
 """
 
 import math
@@ -21,10 +21,16 @@ ALIGN = 64  # bases and ends of regions
 FIRST_ADDRESS = 0x1000  # so that a stray zero address lies in no region
 MAX_LIGHTS = 16
 MAX_MATERIALS = 256
-MAX_SHIN_LOG2 = 8
+MAX_SHININESS = 1024.0
+MAX_DEPTH, DEFAULT_DEPTH = 15, 4  # bounces; the default of a scene that has something to bounce at
+MIN_WEIGHT = 1.0 / 256.0  # default: rays that weigh no more are not traced
+MIP_FRACTION = 64  # mip levels are fixed-point numbers with six bits of fraction
+WRAPS = ("repeat", "mirror", "clamp")  # wrap_e
+ALPHA_MODES = ("opaque", "mask", "blend")  # alpha_e
 MAX_SIDE, MAX_PIXELS = 16384, 1 << 26
 BOX_MARGIN = 2.0**-10  # the scene's box is enlarged by this much before it is rounded
 SLACK_GROWTH, MAX_SLACK = 1.5, 64.0  # see edge_slack
+LIST_TRIANGLE, LIST_OPAQUE = np.uint32((1 << 24) - 1), np.uint32(1 << 25)  # list_entry_t
 FAR = 2.0**20  # no eye and no lamp may be further off, in half sizes of the scene
 
 NODE = (("split", 24), ("axis", 2), ("swap", 1), ("lower_empty", 1), ("upper_empty", 1), ("other", 24), ("zero", 7))
@@ -53,17 +59,42 @@ LIGHT = (
     *(("att_q", 24), ("zero4", 36), ("zero5", 60), ("zero6", 120)),
 )
 MATERIAL = (
-    *(("amb_r", 24), ("amb_g", 24), ("shin_log2", 4), ("zero0", 8)),
+    *(("amb_r", 24), ("amb_g", 24)),
+    *(("textured", 1), ("alpha_mode", 2), ("reflects", 1), ("transmits", 1), ("fresnel", 1), ("tex_kr", 1), ("zero", 5)),
     *(("amb_b", 24), ("diff_r", 24), ("zero1", 12)),
     *(("diff_g", 24), ("diff_b", 24), ("zero2", 12)),
     *(("spec_r", 24), ("spec_g", 24), ("zero3", 12)),
-    *(("spec_b", 24), ("zero4", 36), ("zero5", 180)),
+    *(("spec_b", 24), ("emis_r", 24), ("zero4", 12)),
+    *(("emis_g", 24), ("emis_b", 24), ("zero5", 12)),
+    *(("shin", 24), ("alpha", 24), ("zero6", 12)),
+    *(("cutoff", 24), ("zero7", 36)),
+)
+OPTICS = (
+    *(("kr_r", 24), ("kr_g", 24), ("zero0", 12)),
+    *(("kr_b", 24), ("kt_r", 24), ("zero1", 12)),
+    *(("kt_g", 24), ("kt_b", 24), ("zero2", 12)),
+    *(("ior", 24), ("inv_ior", 24), ("zero3", 12)),
+    *(("tex_base", 26), ("log2_w", 4), ("log2_h", 4), ("levels", 4)),
+    *(("wrap_s", 2), ("wrap_t", 2), ("rgba5551", 1), ("srgb", 1), ("zero4", 16), ("zero5", 180)),
+)
+TRI_UV = (
+    *(("u0", 24), ("v0", 24), ("mip", 12)),
+    *(("du1", 24), ("dv1", 24), ("zero1", 12)),
+    *(("du2", 24), ("dv2", 24), ("zero2", 12)),
+    ("zero3", 60),
 )
 
 # Columns of the arrays that raycore.model works on, in its order, as fields of the records.
 INFO_COLUMNS = tuple(f"{v}_{c}" for v in ("a", "n", "n0", "e1", "e2") for c in "xyz")
 LIGHT_COLUMNS = ("directional", "pos_x", "pos_y", "pos_z", "col_r", "col_g", "col_b", "att_c", "att_l", "att_q")
-MATERIAL_COLUMNS = (*(f"{v}_{c}" for v in ("amb", "diff", "spec") for c in "rgb"), "shin_log2")
+MATERIAL_COLUMNS = (
+    *(f"{v}_{c}" for v in ("amb", "diff", "spec", "emis") for c in "rgb"),
+    *("shin", "alpha", "cutoff"),
+    *(f"{v}_{c}" for v in ("kr", "kt") for c in "rgb"),
+    *("ior", "inv_ior", "textured", "alpha_mode", "reflects", "transmits", "fresnel", "tex_kr"),
+)
+UV_COLUMNS = ("u0", "v0", "du1", "dv1", "du2", "dv2", "mip")
+TEXTURE_COLUMNS = ("tex_base", "log2_w", "log2_h", "levels", "wrap_s", "wrap_t", "rgba5551", "srgb")
 
 
 # ---- records ---------------------------------------------------------------------------------------------------------
@@ -132,20 +163,70 @@ class Geometry:
     unit: Normalised
     tree: kdtree.Tree
     info: np.ndarray  # (N, 8) uint64
-    materials: np.ndarray  # (M, 8) uint64
+    materials: np.ndarray  # (M, 16) uint64
+    uv: np.ndarray  # (N, 4) uint64; (0, 4) if nothing is textured
+    textures: np.ndarray  # (B, 8) uint64, blocks of 64 bytes
+    opaque: np.ndarray  # (N,) bool, of the triangles' materials
     seconds: dict  # of each step
 
 
-def material_table(materials):
-    """Materials as (M, 10) float64, columns `MATERIAL_COLUMNS`, not rounded; the shininess becomes a power of two."""
-    table = [(*m.ambient, *m.diffuse, *m.specular, _shin_log2(m.shininess)) for m in materials]
+def material_table(materials, textured=True):
+    """Materials as (M, 29) float64, columns `MATERIAL_COLUMNS`, not rounded; textured: whether textures are used."""
+    table = [
+        (
+            *(*m.ambient, *m.diffuse, *m.specular, *m.emission, m.shininess, m.alpha, m.alpha_cutoff),
+            *(*m.reflect, *m.transmit, m.ior, 1.0 / m.ior if m.ior else math.inf),
+            *(textured and m.texture is not None, ALPHA_MODES.index(m.alpha_mode)),
+            *(any(m.reflect), any(m.transmit), m.fresnel, m.tint_reflection),
+        )
+        for m in materials
+    ]
     return np.array(table, dtype=np.float64).reshape(-1, len(MATERIAL_COLUMNS))
 
 
-def _shin_log2(shininess):
-    if not shininess > 0.0 or not math.isfinite(shininess):
-        raise SceneError(f"shininess {shininess:g} is not a positive number")
-    return float(min(max(round(math.log2(shininess)), 0), MAX_SHIN_LOG2))
+def check_material(material, where):
+    """Refuse what the hardware cannot shade. Raises: SceneError."""
+    m = material
+    what = f"{where}: material {m.name}:"
+    if m.alpha_mode not in ALPHA_MODES:
+        raise SceneError(f"{what} alpha mode '{m.alpha_mode}' is none of {', '.join(ALPHA_MODES)}")
+    for name in ("ambient", "diffuse", "specular", "emission", "reflect", "transmit"):
+        colour = np.asarray(getattr(m, name), dtype=np.float64)
+        if colour.shape != (3,) or not np.isfinite(fp24.round_to_fp24(colour)).all() or (colour < 0.0).any():
+            raise SceneError(f"{what} {name} colour {tuple(colour.tolist())} is not three numbers from 0 to 2^63")
+    if not 0.0 <= m.shininess <= MAX_SHININESS:
+        raise SceneError(f"{what} shininess {m.shininess:g} is not a number from 0 to {MAX_SHININESS:g}")
+    for name in ("alpha", "alpha_cutoff"):
+        if not 0.0 <= getattr(m, name) <= 1.0:
+            raise SceneError(f"{what} {name} {getattr(m, name):g} is not a number from 0 to 1")
+    if not 1.0 / 64.0 <= m.ior <= 64.0:
+        raise SceneError(f"{what} ior {m.ior:g} is not a number from 1/64 to 64")
+    if any(m.transmit) and m.alpha_mode != "opaque":
+        raise SceneError(f"{what} it transmits and has alpha mode {m.alpha_mode}; only one of both is possible")
+
+
+def _textures(scene, unit):
+    """What texturing needs: fields of the materials' textures or None, coordinate records (N, 4), blocks (B, 8)."""
+    used = any(m.texture is not None for m in scene.materials) and scene.uv is not None
+    if not used:
+        return None, np.zeros((0, 4), np.uint64), np.zeros((0, 8), np.uint64)
+    raise NotImplementedError
+
+
+def _materials(scene, textures):
+    """Both blocks of the material records: (M, 16) uint64. textures: fields of the texture of each material, or None."""
+    for material in scene.materials:
+        check_material(material, scene.name)
+    table = fp24.round_to_fp24(material_table(scene.materials, textures is not None))
+    column = dict(zip(MATERIAL_COLUMNS, table.T))
+    for flag, v in (("reflects", "kr"), ("transmits", "kt")):  # of what the records hold
+        column[flag][:] = np.any([column[f"{v}_{c}"] != 0.0 for c in "rgb"], axis=0)
+    width = dict(MATERIAL + OPTICS)
+    fields = {n: fp24.to_bits(v.copy()) if width[n] == 24 else v for n, v in column.items()}
+    own = {n for n, _ in MATERIAL}
+    optics = {n: v for n, v in fields.items() if n not in own} | (textures or {})
+    material = {n: v for n, v in fields.items() if n in own}
+    return np.concatenate((pack_records(MATERIAL, material), pack_records(OPTICS, optics)), axis=1)
 
 
 def build_geometry(scene, params=None):
@@ -162,22 +243,27 @@ def build_geometry(scene, params=None):
     normalised = time.perf_counter()
     tree = kdtree.build(unit.triangles, unit.dropped, params)
     built = time.perf_counter()
+    opaque = np.array([m.opaque for m in scene.materials])[scene.face_material]
+    tree.lists &= ~np.where(opaque[tree.lists & LIST_TRIANGLE], 0, LIST_OPAQUE).astype(np.uint32)
     info = triaccel.triangle_info(unit.triangles, scene.normals)
     columns = np.concatenate((info.vertex, info.normal, info.n0, info.dn1, info.dn2), axis=1)
     info_words = _pack_columns(TRI_INFO, INFO_COLUMNS, columns, mat=scene.face_material)
-    materials = fp24.round_to_fp24(material_table(scene.materials))
-    if not np.isfinite(materials).all() or (materials < 0.0).any():
-        raise SceneError(f"{scene.name}: a material has a negative or an infinite colour")
+    recorded = time.perf_counter()
+    fields, uv, blocks = _textures(scene, unit)
     return Geometry(
         scene,
         unit,
         tree,
         info_words,
-        _pack_columns(MATERIAL, MATERIAL_COLUMNS, materials),
+        _materials(scene, fields),
+        uv,
+        blocks,
+        opaque,
         {
             "normalise": normalised - began,
             "tree": built - normalised,
-            "records": time.perf_counter() - built,
+            "records": recorded - built,
+            "textures": time.perf_counter() - recorded,
         },
     )
 
@@ -187,7 +273,7 @@ def build_geometry(scene, params=None):
 
 @dataclass(frozen=True)
 class View:
-    """One picture of a scene, in world units. camera, lights: None takes the file's own or a sensible default."""
+    """One picture of a scene, in world units. camera, lights, max_depth: None takes the file's own or a sensible default."""
 
     width: int = 320
     height: int = 192
@@ -195,6 +281,9 @@ class View:
     lights: list[Light] | None = None
     shadows: bool = True
     fb_format: int = pixbuf.RGBA8
+    max_depth: int | None = None  # bounces; None: what the scene asks for, see default_depth
+    min_weight: float = MIN_WEIGHT
+    trilinear: bool = False
     max_slots: int = 65535
 
 
@@ -210,7 +299,26 @@ def complete_view(scene, view):
     lights = list(default_lights(scene, camera) if view.lights is None else view.lights)
     if len(lights) > MAX_LIGHTS:
         raise OptionError(f"{len(lights)} lights, at most {MAX_LIGHTS} fit; leave some out")
-    return replace(view, camera=camera, lights=lights)
+    depth = default_depth(scene) if view.max_depth is None else view.max_depth
+    if not 0 <= depth <= MAX_DEPTH:
+        raise OptionError(f"depth {depth}: give 0 to {MAX_DEPTH} bounces")
+    if not 0.0 <= view.min_weight < 1.0:
+        raise OptionError(f"least weight {view.min_weight:g}: give a number from 0 to less than 1")
+    return replace(view, camera=camera, lights=lights, max_depth=depth)
+
+
+def default_depth(scene):
+    """Bounces where nothing is said: the scene's own, else 4 if a triangle of it is a mirror or lets light through, else 0."""
+    if scene.depth is not None:
+        return scene.depth
+    used = [scene.materials[i] for i in np.unique(scene.face_material)]
+    return DEFAULT_DEPTH if any(any(m.reflect) or not m.opaque for m in used) else 0
+
+
+def mip_bias(camera, height):
+    """MIP_BIAS: log2 of the angle of a pixel, 6 bits of fraction, two's complement in 12 bits."""
+    angle = 2.0 * math.tan(math.radians(camera.fov) / 2.0) / height
+    return min(max(round(MIP_FRACTION * math.log2(angle)), -2048), 2047) & 0xFFF
 
 
 def light_table(lights, unit):
@@ -269,7 +377,7 @@ def edge_slack(eye, bounds):
 class Image:
     """Everything that a frame needs.
 
-    memory: uint8 by address, from 0 to the end of the lights; the frame buffer follows it.
+    memory: uint8 by address, from 0 to the end of the textures; the frame buffer follows it.
     registers: {name of raycore.regs: value}, what the host writes before CTRL.start.
     regions: {name: (lo, hi)} byte addresses, hi exclusive, what a frame may touch; only "frame" is written.
     slack: see `edge_slack`.
@@ -302,7 +410,9 @@ def build_image(scene, view=None, params=None):
     arguments = camera_arguments(view.camera, unit, view.width, view.height)
     lights = fp24.round_to_fp24(light_table(view.lights, unit))
     slack = edge_slack(arguments[0], tree.bounds)
-    accel = triaccel.pack(triaccel.records(unit.triangles, unit.dropped, slack), scene.face_material)
+    accel = triaccel.pack(
+        triaccel.records(unit.triangles, unit.dropped, slack), scene.face_material, geometry.opaque
+    )
     parts = {
         "nodes": tree.nodes.astype("<u8"),
         "lists": tree.lists.astype("<u4"),
@@ -310,6 +420,8 @@ def build_image(scene, view=None, params=None):
         "info": geometry.info.astype("<u8"),
         "materials": geometry.materials.astype("<u8"),
         "lights": _pack_columns(LIGHT, LIGHT_COLUMNS, lights).astype("<u8"),
+        "uv": geometry.uv.astype("<u8"),
+        "textures": geometry.textures.astype("<u8"),
     }
     stride = -(-4 * view.width // 32) * 32
     regions, at = {}, FIRST_ADDRESS
@@ -331,8 +443,11 @@ def build_image(scene, view=None, params=None):
         "FB_BASE": regions["frame"][0],
         "FB_STRIDE": stride,
         "FB_FORMAT": view.fb_format,
-        "OPTIONS": regs.pack("OPTIONS", shadows=int(view.shadows)),
+        "OPTIONS": regs.pack("OPTIONS", shadows=int(view.shadows), trilinear=int(view.trilinear)),
         "MAX_SLOTS": view.max_slots,
+        "MAX_DEPTH": view.max_depth,
+        "MIN_WEIGHT": int(fp24.to_bits(fp24.round_to_fp24(np.float64(view.min_weight)))),
+        "MIP_BIAS": mip_bias(view.camera, view.height),
         "NODE_BASE": regions["nodes"][0],
         "NODE_COUNT": tree.nodes.size,
         "NODE_ROOT": tree.root,
@@ -345,6 +460,10 @@ def build_image(scene, view=None, params=None):
         "MAT_COUNT": len(scene.materials),
         "LIGHT_BASE": regions["lights"][0],
         "LIGHT_COUNT": len(view.lights),
+        "UV_BASE": regions["uv"][0],
+        "UV_COUNT": len(geometry.uv),
+        "TEX_BASE": regions["textures"][0],
+        "TEX_LINES": len(geometry.textures),
     }
     camera = rgen.camera_registers(*arguments)
     vectors = {
@@ -378,8 +497,32 @@ def read_lights(image):
 
 
 def read_materials(image):
-    """(M, 10) float64, columns `MATERIAL_COLUMNS`."""
-    return _columns(MATERIAL, region_words(image, "materials", image.registers["MAT_COUNT"], 8), MATERIAL_COLUMNS)
+    """(M, 29) float64, columns `MATERIAL_COLUMNS`."""
+    words = region_words(image, "materials", image.registers["MAT_COUNT"], 16)
+    own = [n for n in MATERIAL_COLUMNS if n in dict(MATERIAL)]
+    optics = [n for n in MATERIAL_COLUMNS if n not in own]
+    columns = dict(zip(own, _columns(MATERIAL, words[:, :8], own).T))
+    columns |= dict(zip(optics, _columns(OPTICS, words[:, 8:], optics).T))
+    return np.ascontiguousarray(np.stack([columns[n] for n in MATERIAL_COLUMNS], axis=1))
+
+
+def read_optics_textures(image):
+    """Textures of the materials: (M, 10) int64, columns `TEXTURE_COLUMNS` and two zeros; zeros if it has none."""
+    fields = unpack_records(OPTICS, region_words(image, "materials", image.registers["MAT_COUNT"], 16)[:, 8:])
+    columns = [fields[n].astype(np.int64) for n in TEXTURE_COLUMNS]
+    return np.stack([*columns, *[np.zeros_like(columns[0])] * 2], axis=1)
+
+
+def read_uv(image):
+    """Texture coordinates: (N, 7) float64, columns `UV_COLUMNS`; mip in 1/64 levels. (0, 7) if nothing is textured."""
+    out = _columns(TRI_UV, region_words(image, "uv", image.registers["UV_COUNT"], 4), UV_COLUMNS)
+    out[:, 6] -= np.where(out[:, 6] >= 2048.0, 4096.0, 0.0)
+    return out
+
+
+def read_textures(image):
+    """Texture blocks: (B, 8) uint64."""
+    return region_words(image, "textures", image.registers["TEX_LINES"], 8)
 
 
 def read_info(image):

@@ -26,6 +26,8 @@ class Bvh(NamedTuple):
     count: np.ndarray  # (nodes,) triangles of a leaf, 0: inner node
     corner: np.ndarray  # (triangles, 3, 3) vertex 0 and the two edges that leave it
     index: np.ndarray  # (triangles,) numbers of the triangles
+    mat: np.ndarray  # (triangles,) int64 materials, by number of the triangle
+    opaque: np.ndarray  # (triangles,) bool, by number of the triangle
 
 
 @njit(cache=True)
@@ -105,22 +107,27 @@ def _build(lo, hi, centre, order):
     return box[:nodes], first[:nodes], count[:nodes]
 
 
-def build(triangles):
-    """`Bvh` of triangles (N, 3, 3) float64, N at least 1, coordinates in [-1, 1] and not rounded."""
+def build(triangles, mat=None, opaque=None):
+    """`Bvh` of triangles (N, 3, 3) float64, N at least 1, coordinates in [-1, 1] and not rounded.
+
+    mat (N,) materials, default 0; opaque (N,) bool, default all.
+    """
     triangles = np.ascontiguousarray(triangles, dtype=np.float64)
     lo, hi = triangles.min(axis=1) - _PAD, triangles.max(axis=1) + _PAD
     order = np.arange(len(triangles))
     box, first, count = _build(lo, hi, (lo + hi) / 2.0, order)
     corner = triangles[order]
     corner[:, 1:] -= corner[:, :1]
-    return Bvh(box.copy(), first.copy(), count.copy(), corner, order)
+    mat = np.zeros(len(triangles), np.int64) if mat is None else np.asarray(mat).astype(np.int64)
+    opaque = np.ones(len(triangles), bool) if opaque is None else np.ascontiguousarray(opaque, dtype=bool)
+    return Bvh(box.copy(), first.copy(), count.copy(), corner, order, mat, opaque)
 
 
 @njit(cache=True, error_model="numpy")
 def trace_ray(bvh, org, d, t_min, t_max, skip, any_hit):
-    """One ray: (triangle or NONE, t, beta, gamma), the nearest hit with t_min < t < t_max, or any one.
+    """One ray: (triangle or NONE, t, beta, gamma), the nearest hit with t_min < t < t_max.
 
-    org, d: vectors, tuples of three; skip: triangle that is never hit, or NONE.
+    org, d: vectors, tuples of three; skip: triangle that is never hit, or NONE; any_hit: an opaque triangle ends the search.
     """
     best, best_tri, best_beta, best_gamma = t_max, NONE, 0.0, 0.0
     stack = np.empty(DEPTH + 2, np.int64)
@@ -168,6 +175,6 @@ def trace_ray(bvh, org, d, t_min, t_max, skip, any_hit):
                 t = (c[0] * qx + c[1] * qy + c[2] * qz) / det
                 if t_min < t < best:
                     best, best_tri, best_beta, best_gamma = t, bvh.index[i], beta, gamma
-                    if any_hit:
+                    if any_hit and bvh.opaque[best_tri]:
                         return best_tri, best, best_beta, best_gamma
     return best_tri, best, best_beta, best_gamma

@@ -34,6 +34,8 @@ class TreeArrays(NamedTuple):
     list: np.ndarray  # (entries,) int64
     accel: np.ndarray  # (triangles, 9) float64: n_u n_v a_u a_v a_k b_u b_v g_u g_v
     k: np.ndarray  # (triangles,) int64, 3 never hits
+    mat: np.ndarray  # (triangles,) int64
+    opaque: np.ndarray  # (triangles,) bool
     eps: np.ndarray  # (triangles,) float64
     one_eps: np.ndarray  # (triangles,) float64
     box: np.ndarray  # (2, 3) float64
@@ -67,6 +69,8 @@ def decode(nodes, entries, accel_words, box, root):
         list=np.asarray(entries).astype(np.int64),
         accel=np.ascontiguousarray(accel),
         k=(flags >> 9) & 3,
+        mat=((words[:, 1] >> np.uint64(48)) & np.uint64(0xFFF)).astype(np.int64),
+        opaque=(flags >> 11) & 1 == 1,
         eps=np.ldexp(m.astype(np.float64), -12 - e),
         one_eps=1.0 + np.ceil(np.ldexp(m.astype(np.float64), 4 - e)) * 2.0**-16,
         box=np.asarray(box, dtype=np.float64),
@@ -112,12 +116,9 @@ def intersect(a, k, eps, one_eps, org, dir):
 
 
 @njit(cache=True, error_model="numpy")
-def trace_ray(tree, org, dir, inv_dir, t_max, skip, any_hit, slots):
-    """One ray: (triangle or TRI_NONE, t, beta, gamma). Adds to slots (4,) int64, indexed by BOX, TRAV1, TRAV2, ISECT.
-
-    org, dir, inv_dir: (3,) FP24 values. any_hit: stop at the first hit (shadow rays). skip: triangle never hit.
-    Raises: ValueError on a tree deeper than the stack.
-    """
+def _nearest(tree, org, dir, inv_dir, t_min, t_max, skip, any_hit, slots):
+    """`trace_ray` without material and flag."""
+    slack_min = T_SLACK if T_SLACK > t_min else t_min
     best, best_tri, best_beta, best_gamma, best_slack = t_max, TRI_NONE, 0.0, 0.0, False
     stack_node = np.empty(STACK_DEPTH, dtype=np.int64)
     stack_t = np.empty((STACK_DEPTH, 2))
@@ -198,9 +199,9 @@ def trace_ray(tree, org, dir, inv_dir, t_max, skip, any_hit, slots):
                 nearer = t < ulp_add(best, SLACK_ULP)
             else:
                 nearer = t < best
-            if inside and tri != skip and nearer and t > (T_SLACK if slack else T_MIN):
+            if inside and tri != skip and nearer and t > (slack_min if slack else t_min):
                 best, best_tri, best_beta, best_gamma, best_slack = t, tri, beta, gamma, slack
-                if any_hit:
+                if any_hit and tree.opaque[tri]:
                     return best_tri, best, best_beta, best_gamma
             if last:
                 break
@@ -212,12 +213,29 @@ def trace_ray(tree, org, dir, inv_dir, t_max, skip, any_hit, slots):
 
 
 @njit(cache=True, error_model="numpy")
-def trace_rays(tree, org, dir, inv_dir, t_max, skip, any_hit):
-    """Many rays, arrays of `trace_ray`'s arguments: (triangle (n,) int64, t, beta, gamma (n,), slots (n, 4) int64)."""
+def trace_ray(tree, org, dir, inv_dir, t_min, t_max, skip, any_hit, slots):
+    """One ray: (triangle or TRI_NONE, t, beta, gamma, mat, opaque). Adds to slots (4,) int64, by BOX, TRAV1, TRAV2, ISECT.
+
+    org, dir, inv_dir: (3,) FP24 values. t_min: T_MIN or more; nothing nearer counts. any_hit: stop at the first hit that is
+    opaque (shadow rays); of others the nearest is kept. skip: triangle never hit. mat, opaque: of the triangle's record; 0
+    and False if nothing was hit. Raises: ValueError on a tree deeper than the stack.
+    """
+    tri, t, beta, gamma = _nearest(tree, org, dir, inv_dir, t_min, t_max, skip, any_hit, slots)
+    if tri == TRI_NONE:
+        return tri, t, beta, gamma, np.int64(0), False
+    return tri, t, beta, gamma, tree.mat[tri], tree.opaque[tri]
+
+
+@njit(cache=True, error_model="numpy")
+def trace_rays(tree, org, dir, inv_dir, t_min, t_max, skip, any_hit):
+    """Many rays, arrays of `trace_ray`'s arguments: (triangle, t, beta, gamma, mat, opaque, slots (n, 4) int64)."""
     n = org.shape[0]
     tri = np.empty(n, dtype=np.int64)
     t, beta, gamma = np.empty(n), np.empty(n), np.empty(n)
+    mat, opaque = np.empty(n, np.int64), np.empty(n, np.bool_)
     slots = np.zeros((n, 4), dtype=np.int64)
     for i in range(n):
-        tri[i], t[i], beta[i], gamma[i] = trace_ray(tree, org[i], dir[i], inv_dir[i], t_max[i], skip[i], any_hit[i], slots[i])
-    return tri, t, beta, gamma, slots
+        tri[i], t[i], beta[i], gamma[i], mat[i], opaque[i] = trace_ray(
+            tree, org[i], dir[i], inv_dir[i], t_min[i], t_max[i], skip[i], any_hit[i], slots[i]
+        )
+    return tri, t, beta, gamma, mat, opaque, slots

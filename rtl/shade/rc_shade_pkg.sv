@@ -45,6 +45,12 @@ package rc_shade_pkg;
     return !a[FP_W-1] && a[FP_MAN_W+:FP_EXP_W] != '0 && a <= FP_INF;
   endfunction
 
+  function automatic fp_t fp_up16(fp_t a);                      // the 16th number after a, which is positive; at most infinity
+    fp_t y;
+    y = a + fp_t'(16);
+    return (a >= FP_INF) ? a : (y > FP_INF) ? FP_INF : y;
+  endfunction
+
   function automatic fp_t fp_neg_if(fp_t a, logic negate);
     return a ^ {negate, {(FP_W - 1) {1'b0}}};
   endfunction
@@ -55,6 +61,11 @@ package rc_shade_pkg;
     if (e == '0 || e == '1) return a;
     if (e == '1 - 1'b1) return {a[FP_W-1], FP_INF[FP_W-2:0]};
     return {a[FP_W-1], e + 1'b1, a[FP_MAN_W-1:0]};
+  endfunction
+
+  // alpha' of docs/whitted.md; a: alpha of material and texture, keep: it is at least the cutoff
+  function automatic fp_t coverage(alpha_e mode, logic keep, fp_t a);
+    return (mode == ALPHA_OPAQUE) ? FP_ONE : (mode != ALPHA_MASK) ? a : keep ? FP_ONE : FP_ZERO;
   endfunction
 
   // ---- context of a ray index: four words, as the hit-point unit makes them and light and bounce unit take them -------
@@ -70,7 +81,7 @@ package rc_shade_pkg;
   parameter int unsigned CTX_W = $bits(ctx_axis_t);
   typedef struct packed {                  // word 3
     logic [CTX_W-$bits(idx_t)-$bits(mat_id_t)-$bits(depth_t)-1-3*FP_W-1:0] zero;
-    logic    inside;                       // the ray came from behind the triangle
+    logic    from_inside;                  // the ray came from behind the triangle
     depth_t  depth;                        // of the ray that came
     fp_t     len;                          // length of the path up to here
     fp_t     alpha;                        // alpha' of docs/whitted.md
@@ -116,4 +127,17 @@ package rc_shade_pkg;
     UPD_LIGHT   = 2'd2,                    // a light is done: plus what waits, or not; next light
     UPD_END     = 2'd3                     // a bounce that makes no ray: the path ends
   } upd_e;
+  typedef struct packed {                  // what the hit-point unit tells of a hit point beside its context
+    ray_id_t id;
+    mat_id_t mat;
+    logic    bounces;                      // rays may go on from it
+    logic    branch;                       // even two
+    fp_t     alpha;                        // alpha'
+    vec3_t   tex;
+  } point_t;
+  typedef struct packed {
+    upd_e   kind;
+    logic   add;                           // of UPD_LIGHT: it is seen
+    point_t point;                         // all of it for UPD_SURFACE, else its id
+  } upd_t;
 endpackage

@@ -56,8 +56,8 @@ def make_shading(add, add3, mul, div, sqrt, power, behind):
     """The shading functions for one arithmetic, given as compiled scalar functions.
 
     Args: arithmetic; power(a, b): a^b for a > 0; behind(t): where a shadow ray starts again that was stopped at t.
-    Returns: a namespace of hit_point, coverage, light_job, shadow_through, bounce and, for the pixel's colour, add_miss,
-        add_surface, add_light.
+    Returns: a namespace of hit_point, longer, coverage, weight (of a scalar and a colour), light_job, shadow_through, bounce
+        and, for the pixel's colour, add_miss, add_surface, add_light.
     """
 
     @njit(error_model="numpy")
@@ -119,6 +119,11 @@ def make_shading(add, add3, mul, div, sqrt, power, behind):
         s = minus(s) if flip else s
         m = scale(div(1.0, sqrt(dot(s, s))), s)
         return lifted, g, m, dot(m, d), add(length, t), flip
+
+    @njit(error_model="numpy")
+    def longer(length, t):
+        """Length of a path that goes on by t; a texture's level follows from it."""
+        return add(length, t)
 
     @njit(error_model="numpy")
     def coverage(ta, material):
@@ -263,6 +268,7 @@ def make_shading(add, add3, mul, div, sqrt, power, behind):
 
     return SimpleNamespace(
         hit_point=hit_point,
+        longer=longer,
         coverage=coverage,
         weight=scale,
         light_job=light_job,
@@ -310,14 +316,9 @@ def _behind(t):
 
 
 @njit(error_model="numpy")
-def _pow24(a, b):
-    return fp24.fpow(a, b)
-
-
-@njit(error_model="numpy")
 def _behind24(t):
     return fp24.ulp_add(fp24.fadd(t, T_MIN), RESUME_ULP)
 
 
-FP24 = make_shading(fp24.fadd, fp24.fadd3, fp24.fmul, fp24.fdiv, fp24.fsqrt, _pow24, _behind24)
+FP24 = make_shading(fp24.fadd, fp24.fadd3, fp24.fmul, fp24.fdiv, fp24.fsqrt, fp24.fpow, _behind24)
 DOUBLE = make_shading(_add, _add3, _mul, _div, _sqrt, _pow, _behind)

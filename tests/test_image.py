@@ -11,8 +11,8 @@ import pytest
 
 from raycore import image, kdtree, regs, triaccel
 from raycore.errors import OptionError, SceneError
-from raycore.model import fp24, pixbuf
-from raycore.scene import Camera, Light, Material, Scene, face_normals, make_material
+from raycore.model import fp24, pixbuf, shade
+from raycore.scene import Camera, Light, Material, Scene, Texture, face_normals, make_material
 
 PACKAGE = (Path(__file__).resolve().parents[1] / "rtl/rc_pkg.sv").read_text()
 TYPES = re.sub(r"//[^\n]*", "", PACKAGE)
@@ -85,7 +85,7 @@ def test_constants_are_those_of_the_package():
     assert image.ALIGN == constant("LINE_B")
     assert image.MAX_LIGHTS == constant("MAX_LIGHTS")
     assert image.MAX_MATERIALS == constant("MAX_MATERIALS")
-    assert image.MIP_FRACTION == 1 << constant("MIP_FRAC_W")
+    assert image.MATERIAL_COLUMNS == shade.MATERIAL_COLUMNS
     assert image.ALPHA_MODES == enum_names("alpha_e", "ALPHA_") and image.WRAPS == enum_names("wrap_e", "WRAP_")
 
 
@@ -281,6 +281,55 @@ def test_path_registers():
     assert fp24.from_bits(np.array([r["MIN_WEIGHT"]]))[0] == pytest.approx(0.01, rel=2.0**-17)
     assert r["MIP_BIAS"] == 4096 - 5 * 64, "the picture is as high as its distance: a pixel takes 1/32"
     assert r["UV_COUNT"] == r["TEX_LINES"] == 0
+
+
+def test_textures_in_memory(seed):
+    """Blocks, descriptors and coordinates are those of raycore.texture, each at its material and triangle."""
+    rng = np.random.default_rng(seed)
+    pictures = [rng.integers(0, 256, size, dtype=np.uint8) for size in ((8, 16, 4), (5, 4, 4), (8, 16, 4))]
+    first = Texture(pictures[0], "mirror", "clamp", name="first")
+    odd = Texture(pictures[1], srgb=False, compact=True, name="odd")
+    again = Texture(pictures[0].copy(), "mirror", "clamp")
+    grey = make_material("plain", (0.5, 0.5, 0.5))
+    materials = [grey, *(replace(grey, name=f"t{i}", texture=t) for i, t in enumerate((first, odd, again)))]
+    scene = make_scene(soup(rng, 40), materials, uv=rng.uniform(-5, 5, (40, 3, 2)))
+    scene.face_material[:] = np.arange(40) % 4
+    geometry = image.build_geometry(scene)
+    assert geometry.notes == ["odd: 4x5 resampled to 4x8"]
+    built = image.build_image(geometry)
+    # one texture of 16x8 RGBA8: 8 + 2 blocks, and one each of 4x2, 2x1, 1x1; then 4x8 of 16 bits: 2 + 1 + 1 + 1
+    table = image.read_optics_textures(built)
+    assert table[0].tolist() == [0] * 10
+    assert table[1].tolist() == table[3].tolist() == [0, 4, 3, 5, 1, 2, 0, 1, 0, 0]
+    assert table[2].tolist() == [13, 2, 3, 4, 0, 0, 1, 0, 0, 0]
+    assert image.read_materials(built)[:, 23].tolist() == [0, 1, 1, 1]
+    blocks = image.read_textures(built)
+    assert blocks.shape == (13 + 5, 8) and built.registers["TEX_LINES"] == 18
+    texels = blocks[:8].reshape(2, 4, 8).view(np.uint8).reshape(2, 4, 4, 4, 4).transpose(0, 2, 1, 3, 4).reshape(8, 16, 4)
+    assert np.array_equal(texels, pictures[0])
+    uv = image.read_uv(built)
+    assert uv.shape == (40, 7)
+    corners = uv[:, :2], uv[:, :2] + uv[:, 2:4], uv[:, :2] + uv[:, 4:6]
+    shift = np.stack([c - scene.uv[:, i] for i, c in enumerate(corners)], axis=1)
+    assert np.abs(shift - shift[:, :1]).max() < 2.0**-12, "all corners are shifted alike"
+    assert np.abs(shift - np.rint(shift)).max() < 2.0**-12
+    assert np.abs(shift[3::4, :, 1]).max() < 2.0**-12, "clamped coordinates stay"
+    assert np.abs(np.rint(shift[1::4, :, 0]) % 2).max() == 0, "mirrored ones move by two"
+    edges = scene.uv[:, 1:] - scene.uv[:, :1]
+    sizes = np.array([[1, 1], [16, 8], [4, 8], [16, 8]])[scene.face_material]
+    texel_area = np.abs(np.linalg.det(edges * sizes[:, None]))
+    unit = geometry.unit.triangles
+    area = np.linalg.norm(np.cross(unit[:, 1] - unit[:, 0], unit[:, 2] - unit[:, 0]), axis=1)
+    assert np.abs(uv[:, 6] - 32 * np.log2(texel_area / area))[np.arange(40) % 4 > 0].max() <= 0.51
+
+
+def test_textures_without_coordinates():
+    scene = make_scene(ONE, [replace(make_material("m", (1, 1, 1)), texture=Texture(np.zeros((2, 2, 4), np.uint8)))])
+    geometry = image.build_geometry(scene)
+    assert "no texture coordinates" in geometry.notes[0]
+    assert image.read_materials(image.build_image(geometry))[0, 23] == 0
+    with pytest.raises(SceneError, match="texture coordinates of shape"):
+        image.build_geometry(replace(scene, uv=np.zeros((2, 3, 2))))
 
 
 def test_default_depth():

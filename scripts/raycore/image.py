@@ -2,7 +2,8 @@
 """From a scene and a view to what the hardware is given: bytes in memory and values of registers.
 
 The layouts below are those of `rtl/rc_pkg.sv` (node_t, list_entry_t, triaccel_t, tri_info_t, light_t, material_t, optics_t,
-tri_uv_t), lowest bit first; tests/test_image.py reads that file and fails where the two part. docs/seams.md says what the records mean.
+tri_uv_t), lowest bit first; tests/test_image.py reads that file and fails where the two part. docs/seams.md says what the
+records mean.
 """
 
 import math
@@ -11,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from raycore import kdtree, regs, triaccel
+from raycore import kdtree, regs, texture, triaccel
 from raycore.errors import OptionError, SceneError
 from raycore.model import fp24, pixbuf, rgen
 from raycore.scene import Camera, Light, Normalised, Scene, default_camera, default_lights, normalise
@@ -24,7 +25,6 @@ MAX_MATERIALS = 256
 MAX_SHININESS = 1024.0
 MAX_DEPTH, DEFAULT_DEPTH = 15, 4  # bounces; the default of a scene that has something to bounce at
 MIN_WEIGHT = 1.0 / 256.0  # default: rays that weigh no more are not traced
-MIP_FRACTION = 64  # mip levels are fixed-point numbers with six bits of fraction
 WRAPS = ("repeat", "mirror", "clamp")  # wrap_e
 ALPHA_MODES = ("opaque", "mask", "blend")  # alpha_e
 MAX_SIDE, MAX_PIXELS = 16384, 1 << 26
@@ -77,12 +77,7 @@ OPTICS = (
     *(("tex_base", 26), ("log2_w", 4), ("log2_h", 4), ("levels", 4)),
     *(("wrap_s", 2), ("wrap_t", 2), ("rgba5551", 1), ("srgb", 1), ("zero4", 16), ("zero5", 180)),
 )
-TRI_UV = (
-    *(("u0", 24), ("v0", 24), ("mip", 12)),
-    *(("du1", 24), ("dv1", 24), ("zero1", 12)),
-    *(("du2", 24), ("dv2", 24), ("zero2", 12)),
-    ("zero3", 60),
-)
+TRI_UV = texture.TRI_UV
 
 # Columns of the arrays that raycore.model works on, in its order, as fields of the records.
 INFO_COLUMNS = tuple(f"{v}_{c}" for v in ("a", "n", "n0", "e1", "e2") for c in "xyz")
@@ -94,7 +89,7 @@ MATERIAL_COLUMNS = (
     *("ior", "inv_ior", "textured", "alpha_mode", "reflects", "transmits", "fresnel", "tex_kr"),
 )
 UV_COLUMNS = ("u0", "v0", "du1", "dv1", "du2", "dv2", "mip")
-TEXTURE_COLUMNS = ("tex_base", "log2_w", "log2_h", "levels", "wrap_s", "wrap_t", "rgba5551", "srgb")
+TEXTURE_COLUMNS = texture.DESCRIPTOR_COLUMNS
 
 
 # ---- records ---------------------------------------------------------------------------------------------------------
@@ -167,6 +162,7 @@ class Geometry:
     uv: np.ndarray  # (N, 4) uint64; (0, 4) if nothing is textured
     textures: np.ndarray  # (B, 8) uint64, blocks of 64 bytes
     opaque: np.ndarray  # (N,) bool, of the triangles' materials
+    notes: list  # one line for each thing that had to be changed
     seconds: dict  # of each step
 
 
@@ -206,11 +202,33 @@ def check_material(material, where):
 
 
 def _textures(scene, unit):
-    """What texturing needs: fields of the materials' textures or None, coordinate records (N, 4), blocks (B, 8)."""
-    used = any(m.texture is not None for m in scene.materials) and scene.uv is not None
-    if not used:
-        return None, np.zeros((0, 4), np.uint64), np.zeros((0, 8), np.uint64)
-    raise NotImplementedError
+    """What texturing needs: fields of the materials' textures or None, coordinate records (N, 4), blocks (B, 8), notes."""
+    used = list(dict.fromkeys(m.texture for m in scene.materials if m.texture is not None))
+    if not used or scene.uv is None:
+        notes = ["its textures are not used: it has no texture coordinates"] if used else []
+        return None, np.zeros((0, 4), np.uint64), np.zeros((0, 8), np.uint64), notes
+    if np.shape(scene.uv) != scene.triangles.shape[:2] + (2,):
+        raise SceneError(f"{scene.name}: texture coordinates of shape {np.shape(scene.uv)}, not one pair a corner")
+    try:
+        region, table, notes = texture.build_textures(
+            [
+                texture.Texture(
+                    t.image, WRAPS.index(t.wrap_s), WRAPS.index(t.wrap_t), t.compact, t.srgb, t.name or "texture"
+                )
+                for t in used
+            ]
+        )
+    except ValueError as error:
+        raise SceneError(f"{scene.name}: {error}") from None
+    rows = np.zeros((len(scene.materials), table.shape[1]), np.int64)
+    for row, material in zip(rows, scene.materials):
+        if material.texture is not None:
+            row[:] = table[used.index(material.texture)]
+    fields = dict(zip(TEXTURE_COLUMNS, rows.T))
+    sizes = np.stack((1 << fields["log2_w"], 1 << fields["log2_h"]), axis=1)[scene.face_material]
+    wraps = np.stack((fields["wrap_s"], fields["wrap_t"]), axis=1)[scene.face_material]
+    uv = pack_records(TRI_UV, texture.uv_records(scene.uv, unit.triangles, sizes, wraps))
+    return fields, uv, region.view("<u8").reshape(-1, 8), notes
 
 
 def _materials(scene, textures):
@@ -229,6 +247,12 @@ def _materials(scene, textures):
     return np.concatenate((pack_records(MATERIAL, material), pack_records(OPTICS, optics)), axis=1)
 
 
+def _opaque(materials):
+    """(M,) bool of material records: whether nothing passes, so that a hit ends a shadow ray."""
+    fields = unpack_records(MATERIAL, materials)
+    return (fields["alpha_mode"] == ALPHA_MODES.index("opaque")) & (fields["transmits"] == 0)
+
+
 def build_geometry(scene, params=None):
     """Normalise a scene, build its tree and its records.
 
@@ -243,27 +267,29 @@ def build_geometry(scene, params=None):
     normalised = time.perf_counter()
     tree = kdtree.build(unit.triangles, unit.dropped, params)
     built = time.perf_counter()
-    opaque = np.array([m.opaque for m in scene.materials])[scene.face_material]
+    fields, uv, blocks, notes = _textures(scene, unit)
+    textured = time.perf_counter()
+    materials = _materials(scene, fields)
+    opaque = _opaque(materials)[scene.face_material]
     tree.lists &= ~np.where(opaque[tree.lists & LIST_TRIANGLE], 0, LIST_OPAQUE).astype(np.uint32)
     info = triaccel.triangle_info(unit.triangles, scene.normals)
     columns = np.concatenate((info.vertex, info.normal, info.n0, info.dn1, info.dn2), axis=1)
     info_words = _pack_columns(TRI_INFO, INFO_COLUMNS, columns, mat=scene.face_material)
-    recorded = time.perf_counter()
-    fields, uv, blocks = _textures(scene, unit)
     return Geometry(
         scene,
         unit,
         tree,
         info_words,
-        _materials(scene, fields),
+        materials,
         uv,
         blocks,
         opaque,
+        notes,
         {
             "normalise": normalised - began,
             "tree": built - normalised,
-            "records": recorded - built,
-            "textures": time.perf_counter() - recorded,
+            "textures": textured - built,
+            "records": time.perf_counter() - textured,
         },
     )
 
@@ -313,12 +339,6 @@ def default_depth(scene):
         return scene.depth
     used = [scene.materials[i] for i in np.unique(scene.face_material)]
     return DEFAULT_DEPTH if any(any(m.reflect) or not m.opaque for m in used) else 0
-
-
-def mip_bias(camera, height):
-    """MIP_BIAS: log2 of the angle of a pixel, 6 bits of fraction, two's complement in 12 bits."""
-    angle = 2.0 * math.tan(math.radians(camera.fov) / 2.0) / height
-    return min(max(round(MIP_FRACTION * math.log2(angle)), -2048), 2047) & 0xFFF
 
 
 def light_table(lights, unit):
@@ -447,7 +467,7 @@ def build_image(scene, view=None, params=None):
         "MAX_SLOTS": view.max_slots,
         "MAX_DEPTH": view.max_depth,
         "MIN_WEIGHT": int(fp24.to_bits(fp24.round_to_fp24(np.float64(view.min_weight)))),
-        "MIP_BIAS": mip_bias(view.camera, view.height),
+        "MIP_BIAS": texture.mip_bias(view.camera.fov, view.height) & 0xFFF,
         "NODE_BASE": regions["nodes"][0],
         "NODE_COUNT": tree.nodes.size,
         "NODE_ROOT": tree.root,

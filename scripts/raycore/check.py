@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from raycore import sim
 from raycore.model import fp24, pixbuf, rgen, tracer
-from raycore.model.frame import LIT, SHADOWED, Frame
+from raycore.model.frame import REFLECT, SHADOW, TRANSMIT, Frame
 
 # Targets of the project, shown beside what was measured.
 PSNR_DB, AGREEMENT, HOLES_PPM = 38.0, 0.999, 25.0
@@ -14,7 +15,7 @@ PSNR_DB, AGREEMENT, HOLES_PPM = 38.0, 0.999, 25.0
 NEAR = 2.0**-10  # two hits at distances this close, relative, count as one: shared edges, coincident triangles
 STEADY = 0.01  # a surface is steady where five rays within 0.1 pixel hit it at distances this close, relative
 SLOT_COUNTERS = ("SLOTS_BOX", "SLOTS_TRAV1", "SLOTS_TRAV2", "SLOTS_ISECT")
-RAY_COUNTERS = {"primary": "RAYS_PRIMARY", "shadow": "RAYS_SHADOW", "culled": "RAYS_CULLED"}
+RAY_COUNTERS = {kind: f"RAYS_{kind.upper()}" for kind in ("primary", "shadow", "culled", "reflect", "transmit")}
 _EXAMPLES = 5
 
 
@@ -39,25 +40,18 @@ def _bits(x):
 
 
 def expected_hits(frame):
-    """Hit records of a reference frame as the harness names rays.
+    """Hit records of a reference frame as the harness writes them: (rays,) `sim.HIT_DTYPE`, pixels row by row.
 
-    Returns: {field: (rays,) array}: x, y, any_hit, light, hit, tri, t, beta, gamma; t, beta, gamma are FP24 patterns and
-        mean nothing where nothing was hit. Primary rays first, then shadow rays, light by light.
+    A pixel's rays are in the order in which they are issued, which is that in which they finish: it has one ray at a time.
     """
-    y, x = np.indices(frame.tri.shape)
-    parts = [(x, y, 0, 0, frame.tri >= 0, frame.tri, frame.t, frame.beta, frame.gamma)]
-    if frame.shadows:
-        for l in range(len(frame.light)):
-            rays = frame.light[l] >= LIT
-            hit = frame.shadow_hit[l][rays]
-            tri, blocked = frame.shadow_tri[l][rays], frame.light[l][rays] == SHADOWED
-            parts.append((x[rays], y[rays], 1, l, blocked, tri, hit[:, 0], hit[:, 1], hit[:, 2]))
-    out = {}
-    for i, name in enumerate(("x", "y", "any_hit", "light", "hit", "tri", "t", "beta", "gamma")):
-        columns = [np.broadcast_to(p[i], p[0].shape).reshape(-1) for p in parts]
-        column = np.concatenate(columns)
-        out[name] = _bits(column) if name in ("t", "beta", "gamma") else column.astype(np.int64)
-    out["tri"] = np.where(out["tri"] < 0, tracer.TRI_NONE, out["tri"])
+    out = np.zeros(len(frame.log), sim.HIT_DTYPE)
+    pixel = np.repeat(np.arange(frame.tri.size), np.diff(frame.start))
+    out["y"], out["x"] = np.divmod(pixel, frame.tri.shape[1])
+    for name in ("kind", "light", "hit", "depth"):
+        out[name] = frame.log[name]
+    out["tri"] = np.where(frame.log["tri"] < 0, tracer.TRI_NONE, frame.log["tri"])
+    for name in ("t", "beta", "gamma"):
+        out[name] = _bits(frame.log[name].astype(np.float64))
     return out
 
 
@@ -65,7 +59,7 @@ def compare_rtl(result, frame):
     """Compare a simulation with the reference.
 
     Args: result: `sim.SimResult` with hits; frame: `frame.render_fp24` of the same image.
-    Returns: `Exact`. A ray that came twice, never, or without being asked for is a mismatch too.
+    Returns: `Exact`. A ray too many or too few is a mismatch; after a wrong ray those that follow from it are mismatches too.
     """
     exact = Exact()
     wrong = np.argwhere(result.frame != frame.pixels)
@@ -75,38 +69,52 @@ def compare_rtl(result, frame):
 
     want, got = expected_hits(frame), result.hits
     height, width = frame.tri.shape
-    lights = len(frame.light) + 1
+    known = (got["x"] < width) & (got["y"] < height)
+    got = got[known]
+    pixel = got["y"].astype(np.int64) * width + got["x"]
+    order = np.argsort(pixel, kind="stable")
+    got, pixel = got[order], pixel[order]
+    first = np.searchsorted(pixel, np.arange(height * width + 1))
+    counts, expected = np.diff(first), np.diff(frame.start)
+    place = np.arange(got.size) - first[pixel]  # of a ray among its pixel's
+    paired = place < expected[pixel]
+    ours, theirs = want[frame.start[pixel[paired]] + place[paired]], got[paired]
+    shadow = ours["kind"] == SHADOW
+    differs = {name: ours[name] != theirs[name] for name in ("kind", "depth", "hit")}
+    differs["light"] = shadow & (ours["light"] != theirs["light"])
+    # Where nothing was hit, distance and weights mean nothing; nor does the triangle of a shadow ray.
+    differs["tri"] = (ours["tri"] != theirs["tri"]) & ((ours["hit"] == 1) | ~shadow)
+    for name in ("t", "beta", "gamma"):
+        differs[name] = (ours[name] != theirs[name]) & (ours["hit"] == 1)
+    bad = np.logical_or.reduce(list(differs.values()))
+    exact.hits = int(np.count_nonzero(bad) + np.abs(counts - expected).sum() + np.count_nonzero(~known))
+    exact.rays = want.size
 
-    def key(r):
-        kind = r["any_hit"].astype(np.int64) * (1 + r["light"].astype(np.int64))
-        return (kind * height + r["y"]) * width + r["x"]
-
-    order = np.argsort(key(want))
-    want = {n: v[order] for n, v in want.items()}
-    known = (got["x"] < width) & (got["y"] < height) & (got["any_hit"] * (got["light"].astype(int) + 1) < lights)
-    keys, got = key(want), got[known]
-    place = np.searchsorted(keys, key(got))
-    place[place == keys.size] = 0
-    asked = keys[place] == key(got)
-    seen = np.bincount(place[asked], minlength=keys.size)
-    bad = seen != 1
-    for name in ("hit", "tri", "t", "beta", "gamma"):
-        value = np.zeros(keys.size, np.int64)
-        value[place[asked]] = got[name][asked]
-        differs = (seen == 1) & (value != want[name])
-        bad |= differs & ((want["hit"] == 1) | (name in ("hit", "tri")))
-    exact.hits = int(np.count_nonzero(bad) + np.count_nonzero(~known) + np.count_nonzero(~asked))
-    exact.rays = keys.size
-    for i in np.flatnonzero(bad)[:_EXAMPLES]:
-        kind = f"shadow ray to light {want['light'][i]}" if want["any_hit"][i] else "primary ray"
-        where = f"{kind} of pixel {want['x'][i]},{want['y'][i]}"
-        exact.examples.append(f"{where}: {'came ' + str(seen[i]) + ' times' if seen[i] != 1 else 'another hit'}")
+    # The first wrong ray of a pixel tells most: of those with one, a few.
+    wrong = np.flatnonzero(bad)
+    where = pixel[paired][wrong]
+    for i in wrong[np.unique(where, return_index=True)[1]][:_EXAMPLES]:
+        names = [name for name in differs if differs[name][i]]
+        exact.examples.append(f"{_ray_name(ours[i])}: RTL has another {', '.join(names)}")
+    for p in np.setdiff1d(np.flatnonzero(counts != expected), where)[:_EXAMPLES]:
+        exact.examples.append(f"pixel {p % width},{p // width}: RTL {counts[p]} rays, reference {expected[p]}")
+    if not known.all():
+        exact.examples.append(f"{np.count_nonzero(~known)} rays of pixels outside the picture")
 
     counters = result.stats.get("counters", {})
     reference = dict(zip(SLOT_COUNTERS, map(int, frame.slots)))
     reference |= {counter: frame.rays[kind] for kind, counter in RAY_COUNTERS.items()}
     exact.counters = {c: (counters[c], n) for c, n in reference.items() if counters.get(c, n) != n}
     return exact
+
+
+def _ray_name(ray):
+    kind = "reflected" if ray["kind"] == REFLECT else "transmitted" if ray["kind"] == TRANSMIT else "primary"
+    if ray["kind"] == SHADOW:
+        kind = f"shadow ray to light {ray['light']}"
+    else:
+        kind += " ray"
+    return f"{kind} at depth {ray['depth']} of pixel {ray['x']},{ray['y']}"
 
 
 # ---- double precision ----------------------------------------------------------------------------------------------------

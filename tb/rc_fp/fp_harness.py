@@ -11,8 +11,8 @@ import numpy as np
 from raycore.tbutil import build_verilated, rtl, run_verilated
 
 HERE = Path(__file__).resolve().parent
-LEAVES = ("pipe", "norm", "round", "add", "add3", "mul", "div", "cmp", "sqrt", "from_int", "to_unorm")
-PORTS = ("add", "add3", "mul", "div", "cmp", "sqrt", "from_sint", "from_ufix", "unorm8", "unorm10")
+LEAVES = ("pipe", "norm", "round", "add", "add3", "mul", "div", "cmp", "sqrt", "from_int", "to_unorm", "pow")
+PORTS = ("add", "add3", "mul", "div", "cmp", "sqrt", "from_sint", "from_ufix", "unorm8", "unorm10", "pow")
 CHUNK = 1 << 22  # operands a run: bounds the memory
 
 

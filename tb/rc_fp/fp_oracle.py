@@ -28,6 +28,7 @@ def model(a, b, c, exp_w: int = 7, man_w: int = 16) -> dict[str, np.ndarray]:
         else:   # sums, products and quotients of small numbers fit a double, or round twice harmlessly
             real = {"add": x + y, "add3": x + y + z, "mul": x * y, "div": x / y,
                     "sqrt": fp24.sqrt_any(x, exp_w, man_w)}
+        real["pow"] = fp24.power(x, y) if full else np.zeros(len(x))       # rc_fp_all has it at full width only
         real |= {"from_sint": signed.astype(float), "from_ufix": a / 32.0}
         bits = {k: fp24.to_bits(fp24.rnd_any(v, exp_w, man_w), exp_w, man_w) for k, v in real.items()}
         return bits | {"cmp": cmp_bits(x, y), "unorm8": fp24.unorm(x, 8).astype(np.uint32),

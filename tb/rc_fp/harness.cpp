@@ -14,7 +14,7 @@
 #endif
 
 namespace {
-constexpr int PORTS = 10;
+constexpr int PORTS = 11;
 
 int fail(const char* what, const char* path) {
     std::fprintf(stderr, "error: cannot %s %s\n", what, path);
@@ -38,9 +38,9 @@ int main(int argc, char** argv) {
     std::fclose(in);
 
     top->eval();
-    const size_t one = top->one_o, two = top->two_o;
-    const size_t latency[PORTS] = {two, two, one, two, one, two, one, one, one, one};
-    for (size_t i = 1; i < n + two; ++i) {                   // i: clock edges so far
+    const size_t one = top->one_o, two = top->two_o, five = top->five_o, most = five > two ? five : two;
+    const size_t latency[PORTS] = {two, two, one, two, one, two, one, one, one, one, five};
+    for (size_t i = 1; i < n + most; ++i) {                   // i: clock edges so far
         const size_t j = i <= n ? i - 1 : n - 1;
         top->a_i = op[j];
         top->b_i = op[n + j];
@@ -48,7 +48,7 @@ int main(int argc, char** argv) {
         top->clk_i = 1;
         top->eval();
         const uint32_t y[PORTS] = {top->add_o,  top->add3_o,      top->mul_o,       top->div_o,    top->cmp_o,
-                                   top->sqrt_o, top->from_sint_o, top->from_ufix_o, top->unorm8_o, top->unorm10_o};
+                                   top->sqrt_o, top->from_sint_o, top->from_ufix_o, top->unorm8_o, top->unorm10_o, top->pow_o};
         for (int p = 0; p < PORTS; ++p)
             if (i >= latency[p] && i - latency[p] < n) out[p * n + i - latency[p]] = y[p];
         top->clk_i = 0;

@@ -20,6 +20,7 @@ from raycore.tbutil import run_cocotb
 
 PAIRS = int(float(os.environ.get("RAYCORE_FP_PAIRS", "1e6")))
 BLOCK = 1_000_000   # pairs compared at a time
+MIN = 0x010000
 
 SPECIAL = np.array(
     [s << 23 | v for s in (0, 1) for v in (
@@ -138,6 +139,101 @@ def test_one_operand_units_on_all_inputs():
         assert np.array_equal(got[port], want.astype(np.uint32))
 
 
+# ---- power -----------------------------------------------------------------------------------------------------------
+
+ONE, TWO, INF, NAN = 0x3F0000, 0x400000, 0x7F0000, 0x7F8000
+FEW = 1.3                                           # units of 2^-17: see docs/fp.md
+
+
+def power_operands(rng, n):
+    """Pairs of patterns for a^b, half with a in (0, 1], half with a in [1, 2^16]; exponents of every size, a third at most 1024
+    and so that the result is in the normal range."""
+    a = rng.integers(0x010000, ONE + 1, n, dtype=np.uint32)
+    near = ONE - (2.0 ** rng.uniform(0, 17, n)).astype(np.uint32)
+    a = np.where(rng.random(n) < 0.5, near, a)
+    up = (2.0 ** rng.uniform(0, 20, n)).astype(np.uint32) - 1 + ONE
+    a = np.where(rng.random(n) < 0.5, up, a).astype(np.uint32)
+    b = rng.integers(0, INF + 1, n, dtype=np.uint32)
+    log = np.abs(np.log2(np.maximum(fp24.from_bits(a), 2.0**-62)))
+    fits = rng.random(n) * np.minimum(1024, 62 / np.maximum(log, 1e-9))
+    fits = fp24.to_bits(fp24.rnd_any(fits, 7, 16))
+    return a, np.where(rng.random(n) < 0.34, fits, b).astype(np.uint32)
+
+
+def power_error(a, b, y):
+    """Errors of y = a^b, patterns, in units of 2^-17 of the result, where that is in the normal range; a and b there."""
+    a, b, y = (fp24.from_bits(v) for v in (a, b, y))
+    with np.errstate(all="ignore"):
+        exact = np.power(a, b)                                        # in double precision
+    normal = (exact >= 2.0**-62) & (exact <= fp24.MAX_FINITE)
+    a, b, y, exact = (v[normal] for v in (a, b, y, exact))
+    return np.abs(y / exact - 1) * 2.0**17, a, b
+
+
+def test_power_special_values():
+    """The cases that docs/fp.md lists, for every size of the other operand."""
+    rng = np.random.default_rng(11)
+    n = 1000
+    positive = np.concatenate([SPECIAL[(SPECIAL >= MIN) & (SPECIAL < INF)], rng.integers(MIN, INF, n, dtype=np.uint32)])
+    less, more = positive[positive < ONE], positive[positive > ONE]
+    tiny = np.array([0, 1, 0xFFFF, 0x800000, 0x80FFFF], dtype=np.uint32)                # all are zero
+    nans = np.array([0x7F0001, NAN, 0x7FFFFF, 0xFF0001, 0xFFFFFF], dtype=np.uint32)
+    any_b = np.concatenate([tiny, positive, [np.uint32(INF)]])
+    negative = positive | 0x800000
+    whole = np.array([int(v) for v in fp24.to_bits(np.arange(1.0, 63.0))], dtype=np.uint32)
+    for name, a, b, want in (
+        ("a^0", any_b, tiny, ONE), ("1^b", [ONE], any_b, ONE), ("0^b", tiny, [*positive, INF], 0), ("inf^b", [INF], [*positive, INF], INF),
+        ("less^inf", less, [INF], 0), ("more^inf", more, [INF], INF), ("less^2^23", less, [0x560000], 0),
+        ("more^2^23", more, [0x560000], INF), ("nan^b", nans, [*any_b, *nans, *negative], NAN), ("a^nan", [*any_b, *negative], nans, NAN),
+        ("negative^b", [*negative, 0xFF0000], any_b, NAN), ("a^negative", any_b, [*negative, 0xFF0000], NAN),
+        ("half^whole", [0x3E0000], whole, ONE - (np.arange(1, 63, dtype=np.uint32) << 16)),
+        ("two^whole", [TWO], whole, ONE + (np.arange(1, 63, dtype=np.uint32) << 16)),
+    ):
+        x, y = (v.ravel() for v in np.meshgrid(np.asarray(a, dtype=np.uint32), np.asarray(b, dtype=np.uint32)))
+        got = run_units(x, y)["pow"]
+        bad = np.flatnonzero(got != want)
+        assert not bad.size, f"{name}: {x[bad[0]]:06x}^{y[bad[0]]:06x} is {got[bad[0]]:06x}"
+    got = run_units(positive, np.full_like(positive, ONE))["pow"]
+    assert np.array_equal(got, positive), "a^1 is not a"
+
+
+def test_power_of_all_numbers_to_one(seed):
+    """All a in (0, 1] whose power is in the normal range or just below it, for several b: error, monotonicity."""
+    rng = np.random.default_rng(seed)
+    bs = [0.5, 1.0, 2.0, rng.uniform(2, 8), rng.uniform(8, 64), rng.uniform(64, 512), rng.uniform(512, 1024), 1024.0]
+    for b in fp24.rnd_any(np.array(bs), 7, 16):
+        lo = int(fp24.to_bits(fp24.rnd_any(np.array([2.0 ** max(-62, -65 / b)]), 7, 16))[0])
+        a = np.arange(lo, ONE + 1, dtype=np.uint32)
+        b_bits = np.full_like(a, fp24.to_bits(np.array([b]))[0])
+        y = compare(a, b_bits, b_bits, only=("pow",))["pow"]
+        error, x, _ = power_error(a, b_bits, y)
+        print(f"a^{b:.6g}: {error.size} in the normal range, worst error {error.max():.3f} 2^-17 at a = {x[error.argmax()]!r}")
+        assert error.max() < min(2.0, FEW + b / 3000)
+        assert np.all(np.diff(y.astype(np.int64)) >= 0), f"a^{b} is not monotone in a"
+
+
+def test_power_of_random_pairs(seed):
+    """Random pairs against the model and double precision; monotone in both operands."""
+    rng = np.random.default_rng(seed)
+    worst_below, worst_above = 0.0, 0.0
+    for lo in range(0, PAIRS, BLOCK):
+        n = min(BLOCK, PAIRS - lo)
+        a, b = power_operands(rng, n)
+        y = compare(a, b, b, only=("pow",))["pow"]
+        error, x, e = power_error(a, b, y)
+        assert error.size > n // 4
+        assert np.all(error[x <= 1] < FEW + e[x <= 1] / 3000) and np.all(error[x > 1] < FEW + e[x > 1] / 850)
+        usual = e <= 1024
+        worst_below = max(worst_below, error[usual & (x <= 1)].max())
+        worst_above = max(worst_above, error[usual & (x > 1)].max())
+        up_a, up_b = (run_units(a + i, b + j)["pow"].astype(np.int64) for i, j in ((1, 0), (0, 1)))
+        y = y.astype(np.int64)
+        grows = np.where(a >= ONE, up_b >= y, up_b <= y) | (b >= INF - 1)
+        assert np.all(up_a >= y) and np.all(grows), "not monotone"
+    print(f"pow: worst error for b <= 1024 {worst_below:.3f} 2^-17 for a <= 1, {worst_above:.3f} 2^-17 above 1")
+    assert worst_below < 2 and worst_above < 4
+
+
 def test_small_format_on_all_triples():
     """The same RTL as a 1-3-4 format: all 2^24 triples, hence all pairs."""
     i = np.arange(1 << 24, dtype=np.uint32)
@@ -156,13 +252,16 @@ def test_wide_range_in_eight_bits(seed):
 @pytest.mark.parametrize("latency", [1, 3, 4, 6, 25])
 def test_latency_changes_no_result(seed, latency):
     """Shallower and deeper pipelines give the same numbers."""
-    compare(*random_operands(np.random.default_rng(seed), 50_000), latency=latency)
+    rng = np.random.default_rng(seed)
+    compare(*random_operands(rng, 50_000), latency=latency)
+    a, b = power_operands(rng, 50_000)
+    compare(a, b, b, latency=latency, only=("pow",))
 
 
 # ---- latency and throughput, cycle by cycle --------------------------------------------------------------------------
 
 PAPER_LATENCY = {"add": 2, "add3": 2, "mul": 1, "cmp": 1, "div": 2, "sqrt": 2,
-                 "from_sint": 1, "from_ufix": 1, "unorm8": 1, "unorm10": 1}
+                 "from_sint": 1, "from_ufix": 1, "unorm8": 1, "unorm10": 1, "pow": 5}
 
 
 @cocotb.test(timeout_time=1, timeout_unit="ms")

@@ -20,6 +20,7 @@ FP24 numbers once more gives the correctly rounded FP24 result (Figueroa 1995). 
 numba caches compiled callers without noticing a change in this file: delete `__pycache__` after editing it.
 """
 
+import decimal
 import math
 
 import numpy as np
@@ -35,6 +36,13 @@ MAX_FINITE = (2.0 - 2.0**-16) * 2.0**63
 
 SQRT_TAB_W = 8  # fraction bits that select an entry of the square root table
 SQRT_GUARD_W = 4  # fraction bits of a table entry beyond the result's
+
+POW_LOG_W = 7  # fraction bits that select an entry of the logarithm's table
+POW_LOG_FRAC_W = 30  # fraction bits of the logarithm
+POW_EXP_W = 8  # fraction bits that select an entry of the exponential's table
+POW_EXP_POS_W = 14  # and that tell the place between two nodes
+POW_NODE_W = 20  # fraction bits of a node of the exponential
+POW_BIG = 23  # b >= 2^POW_BIG is out of range for every a but 1
 
 _DROP = 52 - MAN_W  # fraction bits of a double beyond FP24's
 _HALF = (1 << (_DROP - 1)) - 1
@@ -167,6 +175,58 @@ def fsqrt(x):
     return _float64(((e >> 1) + 1022 << 52) + (y << _DROP))  # the leading one of y adds 1 to the exponent
 
 
+def pow_tables():
+    """Tables of `fpow`: nodes of log2(1 + i / 128), 129 integers; how far the logarithm is above the line in the middle between
+    two nodes, 128; nodes of 2^(j / 256), 257. Each is the exact value, rounded to nearest, with POW_LOG_FRAC_W, again that, and
+    POW_NODE_W fraction bits. The RTL computes the same integers at elaboration, in another way.
+    """
+    with decimal.localcontext(decimal.Context(prec=40)):
+        ln2, n, m = decimal.Decimal(2).ln(), 1 << POW_LOG_W, 1 << POW_EXP_W
+        logs = [(1 + decimal.Decimal(i) / (2 * n)).ln() / ln2 * 2**POW_LOG_FRAC_W for i in range(2 * n + 1)]
+        bulges = [logs[2 * i + 1] - (logs[2 * i] + logs[2 * i + 2]) / 2 for i in range(n)]
+        exps = [(ln2 * j / m).exp() * 2**POW_NODE_W for j in range(m + 1)]
+        return tuple(np.array([round(v) for v in values], dtype=np.int64) for values in (logs[::2], bulges, exps))
+
+
+_POW_LOG, _POW_BULGE, _POW_EXP = pow_tables()
+
+
+@njit(cache=True, error_model="numpy")
+def fpow(a, b):
+    """a^b for a, b >= 0 as 2^(b log2 a), by a table with parabolas for the logarithm and one with lines for the exponential.
+
+    Relative error of a result in the normal range for a <= 1: below 2^-17 (1.3 + b / 3000), hence 2^-16 for b <= 1024 (proof
+    and measurement in docs/fp.md). Monotone in a and in b. a^0 = 1 and 1^b = 1, whatever a and b; a^1 = a; 0^b = 0 and
+    inf^b = inf for b > 0; a^inf = 0 for a < 1, inf for a > 1. NaN if an operand is NaN or below 0.
+    """
+    if not (a >= 0.0 and b >= 0.0):
+        return math.nan
+    if b == 0.0:
+        return 1.0
+    if a == 0.0 or a == math.inf:
+        return a if a > 0.0 else 0.0
+    u = _bits64(a)
+    pos_w = MAN_W - POW_LOG_W
+    i, pos = (u >> (52 - POW_LOG_W)) & ((1 << POW_LOG_W) - 1), (u >> _DROP) & ((1 << pos_w) - 1)
+    bow = pos * ((1 << pos_w) - pos)  # 2^16 in the middle
+    log = (_POW_LOG[i] << 16) + ((_POW_LOG[i + 1] - _POW_LOG[i]) * pos << (16 - pos_w)) + _POW_BULGE[i] * bow
+    log = (((u >> 52) - 1023) << POW_LOG_FRAC_W) + (log >> 16)
+    if log == 0:
+        return 1.0
+    v = _bits64(b)
+    e = (v >> 52) - 1023
+    if e >= POW_BIG:
+        return 0.0 if log < 0 else math.inf
+    frac_w = POW_EXP_W + POW_EXP_POS_W
+    power = log * (1 << MAN_W | (v >> _DROP) & ((1 << MAN_W) - 1)) >> min(POW_LOG_FRAC_W + MAN_W - frac_w - e, 63)
+    n = power >> frac_w
+    if n < -(BIAS + 1) or n > BIAS:
+        return 0.0 if n < 0 else math.inf
+    j, pos = (power >> POW_EXP_POS_W) & ((1 << POW_EXP_W) - 1), power & ((1 << POW_EXP_POS_W) - 1)
+    y = (_POW_EXP[j] << POW_EXP_POS_W) + (_POW_EXP[j + 1] - _POW_EXP[j]) * pos
+    return rnd(math.ldexp(float(y), n - POW_NODE_W - POW_EXP_POS_W))
+
+
 @njit(cache=True, error_model="numpy")
 def ulp_add(x, n):
     """x moved up by n units in the last place (down for n < 0), as the RTL does it: by an integer added to the pattern.
@@ -264,6 +324,12 @@ def div(a, b):
 def sqrt(x):
     """`fsqrt` on arrays."""
     return fsqrt(x)
+
+
+@vectorize(cache=True)
+def power(a, b):
+    """`fpow` on arrays."""
+    return fpow(a, b)
 
 
 @vectorize(cache=True)

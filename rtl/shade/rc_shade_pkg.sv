@@ -14,11 +14,12 @@ package rc_shade_pkg;
   parameter int unsigned HIT_BEATS   = 4;  // two 3-input adders serve 3 components and 4 sums
   parameter int unsigned LIGHT_BEATS = 5;  // one 3-input adder serves 5 sums
   parameter int unsigned ACC_BEATS   = 3;  // one adder serves 3 components
+  parameter int unsigned THRU_BEATS  = 8;  // one multiplier serves 7 products
 
   // Times of rc_phong, which rc_light feeds
   parameter int unsigned PHONG_IN  = 0;                                   // names of light and material
   parameter int unsigned PHONG_RV  = PHONG_IN + 1;                        // R . V and m . L
-  parameter int unsigned PHONG_SP  = PHONG_RV + 2 * SHINE_LATENCY;
+  parameter int unsigned PHONG_SP  = PHONG_RV + LAT_POW;
   parameter int unsigned PHONG_SUM = PHONG_SP + 1 + LAT_MUL + LAT_ADD;
   parameter int unsigned PHONG_ATT = PHONG_SUM + LAT_MUL - 1;             // attenuation
   parameter int unsigned PHONG_K   = PHONG_ATT + 1 + LAT_MUL;             // k

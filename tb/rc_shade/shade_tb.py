@@ -4,7 +4,7 @@
 import os
 import random
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -80,25 +80,71 @@ class Numbers:
         return self.spoil(nearest([self.rng.random() for _ in range(3)]))
 
 
+def pack(*fields):
+    """A packed struct: (value, bits) of each field, the first one highest."""
+    word = 0
+    for value, width in fields:
+        assert 0 <= value < 1 << width, (value, width)
+        word = word << width | int(value)
+    return word
+
+
 @dataclass
 class Material:
+    """Phong colours, alpha, optics: the two blocks of a material in memory, and the record of the model."""
+
     ambient: list
     diffuse: list
     specular: list
+    emission: list
     shin: int
+    alpha: int = 0x3F0000
+    cutoff: int = 0x3E0000
+    kr: list = field(default_factory=lambda: [0] * 3)
+    kt: list = field(default_factory=lambda: [0] * 3)
+    ior: int = 0x3F0000
+    inv_ior: int = 0x3F0000
+    textured: bool = False
+    mode: int = shade.ALPHA_OPAQUE
+    reflects: bool = False
+    transmits: bool = False
+    fresnel: bool = False
+    tex_kr: bool = False
+    texture: int = 0                                      # word 4 of the optics
 
     @classmethod
-    def random(cls, num: Numbers):
-        top = 15 if num.wild else 8
-        return cls(num.color(), num.color(), num.color(), num.rng.randint(0, top))
+    def random(cls, num: Numbers, effects=True):
+        """Any material. effects: textured, transparent and mirroring ones, too."""
+        rng = num.rng
+        mat = cls(num.color(), num.color(), num.color(), num.color(), *num.spoil(nearest([rng.uniform(0, 100)])))
+        if effects:
+            mat.alpha, mat.cutoff = num.spoil(nearest([rng.random(), rng.random()]))
+            mat.kr, mat.kt = num.color(), num.color()
+            ior = rng.uniform(0.6, 2.5)
+            mat.ior, mat.inv_ior = num.spoil(nearest([ior, 1 / ior]))
+            mat.textured, mat.reflects, mat.fresnel, mat.tex_kr = (rng.random() < 0.5 for _ in range(4))
+            mat.mode = rng.choice([shade.ALPHA_OPAQUE, shade.ALPHA_OPAQUE, shade.ALPHA_MASK, shade.ALPHA_BLEND])
+            mat.transmits = mat.mode == shade.ALPHA_OPAQUE and rng.random() < 0.5
+        return mat
+
+    @property
+    def opaque(self):
+        return self.mode == shade.ALPHA_OPAQUE and not self.transmits
 
     @property
     def line(self):
-        return line(self.ambient + self.diffuse + self.specular, self.shin)
+        flags = pack((self.tex_kr, 1), (self.fresnel, 1), (self.transmits, 1), (self.reflects, 1), (self.mode, 2), (self.textured, 1))
+        return line(self.ambient + self.diffuse + self.specular + self.emission + [self.shin, self.alpha, self.cutoff], flags)
+
+    @property
+    def optics_line(self):
+        return line(self.kr + self.kt + [self.ior, self.inv_ior], 0) | self.texture << 240
 
     @property
     def record(self):
-        return np.array([*floats(self.ambient + self.diffuse + self.specular), self.shin])
+        return np.array([*floats(self.ambient + self.diffuse + self.specular + self.emission),
+                         *floats([self.shin, self.alpha, self.cutoff]), *floats(self.kr + self.kt + [self.ior, self.inv_ior]),
+                         self.textured, self.mode, self.reflects, self.transmits, self.fresnel, self.tex_kr], dtype=np.float64)
 
 
 @dataclass
@@ -158,17 +204,55 @@ class Triangle:
 class Context:
     """A hit point as the model has it, and its patterns."""
 
-    values: tuple
+    values: tuple                                         # P, g, m, d, m . d
+    length: float = 0.0
+    inside: bool = False
 
     @classmethod
-    def of_hit(cls, org, d, t, beta, gamma, triangle):
-        p, g, m, md = shade.FP24.hit_point(floats(org), floats(d), *floats([t, beta, gamma]), triangle.record)
-        return cls((p, g, m, floats(d), md))
+    def of_hit(cls, org, d, t, beta, gamma, triangle, length=0):
+        """All patterns but the triangle; length: of the path before the ray."""
+        p, g, m, md, way, inside = shade.FP24.hit_point(floats(org), floats(d), *floats([t, beta, gamma]), triangle.record,
+                                                        floats([length])[0])
+        return cls((p, g, m, floats(d), md), way, inside)
 
     @property
     def words(self):
         """[P, g, m, d] as patterns, and m . d."""
         return [bits(v) for v in self.values[:4]], bits([self.values[4]])[0]
+
+
+def hit_word(ray_id, any_hit, hit, opaque, mat, tri_idx, t, beta, gamma):
+    """A hit_t, 119 bits."""
+    return pack((ray_id, 8), (any_hit, 1), (hit, 1), (opaque, 1), (mat, 12), (tri_idx, 24), (t, 24), (beta, 24), (gamma, 24))
+
+
+def tex_word(hit, rgb, a):
+    """A tex_t, 215 bits."""
+    return pack((hit, 119), (vec(rgb), 72), (a, 24))
+
+
+def point_word(ray_id, mat, bounces, branch, alpha, tex):
+    """A point_t, 114 bits."""
+    return pack((ray_id, 8), (mat, 8), (bounces, 1), (branch, 1), (alpha, 24), (vec(tex), 72))
+
+
+async def load(dut, records, valid="ld_valid_i"):
+    """Give (kind, index, line) to the loader port, one a cycle; kind is ignored by parts with a port for each."""
+    from cocotb.triggers import RisingEdge
+
+    for kind, index, record in records:
+        name = valid if isinstance(valid, str) else valid[kind]
+        if name is None:
+            continue
+        getattr(dut, name).value = 1
+        if hasattr(dut, "ld_kind_i"):
+            dut.ld_kind_i.value = kind
+        dut.ld_idx_i.value, dut.ld_line_i.value = index, record
+        await RisingEdge(dut.clk_i)
+        getattr(dut, name).value = 0
+
+
+LD_LIGHT, LD_MATERIAL, LD_OPTICS = range(3)
 
 
 def random_weights(num: Numbers):
@@ -186,8 +270,8 @@ LATENCIES = {
     "long": dict(ADD=2, ADD3=4, MUL=5, DIV=20, SQRT=6),
 }
 PRIM = [f"prim/rc_{n}.sv" for n in ("delay", "ram_1r1w", "skid", "fifo", "rr_arb")]
-UNITS = [f"fp/rc_fp_{n}.sv" for n in ("pipe", "norm", "round", "add", "add3", "mul", "div", "sqrt")]
-PARTS = ["shade/rc_shade_pkg.sv", *[f"shade/rc_{n}.sv" for n in ("carry", "hold", "gather", "shine", "phong")]]
+UNITS = [f"fp/rc_fp_{n}.sv" for n in ("pipe", "norm", "round", "add", "add3", "cmp", "mul", "div", "sqrt", "pow")]
+PARTS = ["shade/rc_shade_pkg.sv", *[f"shade/rc_{n}.sv" for n in ("carry", "hold", "gather", "phong")]]
 
 
 def some(count):

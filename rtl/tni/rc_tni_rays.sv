@@ -83,7 +83,7 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
     if (read) {out_hit_q, out_t_q} <= {done.hit, done.t};
   end
   always_comb begin
-    out_o = '{id: name.id, any_hit: name.any_hit, hit: out_hit_q, opaque: 1'b1, mat: '0, tri_idx: TRI_NONE, t: out_t_q,
+    out_o = '{id: name.id, any_hit: name.any_hit, hit: out_hit_q, opaque: 1'b0, mat: '0, tri_idx: TRI_NONE, t: out_t_q,
               beta: FP_ZERO, gamma: FP_ZERO};
     if (out_hit_q) {out_o.opaque, out_o.mat, out_o.tri_idx, out_o.beta, out_o.gamma} = where;
   end

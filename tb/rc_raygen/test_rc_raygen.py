@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-"""rc_raygen against raycore.model.rgen: every ray, in order, bit for bit; shadow rays first; one ray in four cycles.
+"""rc_raygen against raycore.model.rgen: every ray, in order, bit for bit; rays from shading first; one ray in four cycles.
 
 Cameras are random ones, plus those whose rays are parallel to an axis, tiny, of no length, or not a number at all.
 The unit is also built with other latencies of the functional units: results and rate must not change.
@@ -17,7 +17,8 @@ from cocotb.triggers import RisingEdge
 from raycore.model import fp24, rgen
 from raycore.tbutil import package_with_latencies, rtl, run_cocotb
 
-HUGE, NAN_BITS, TRI_NONE = 0x7D0000, fp24.NAN_BITS, (1 << 24) - 1
+HUGE, T_MIN, NAN_BITS, TRI_NONE = 0x7D0000, 0x310000, fp24.NAN_BITS, (1 << 24) - 1
+PRIMARY, SHADOW, REFLECT, TRANSMIT = range(4)  # ray_kind_e
 CORNERS = [0x000000, 0x800000, 0x010000, 0x810000, 0x3F0000, 0xBF0000, 0x7EFFFF, 0xFEFFFF, 0x7F0000, 0xFF0000, NAN_BITS]
 
 
@@ -36,31 +37,38 @@ def pack(*fields):
     return word
 
 
-def ray_word(ray_id, any_hit, skip, t_max, inv_dir, direction, org):
-    return pack((ray_id, 8), (any_hit, 1), (skip, 24), (t_max, 24), (inv_dir, 72), (direction, 72), (org, 72))
+def ray_word(ray_id, any_hit, skip, t_min, t_max, inv_dir, direction, org):
+    return pack((ray_id, 8), (any_hit, 1), (skip, 24), (t_min, 24), (t_max, 24), (inv_dir, 72), (direction, 72), (org, 72))
+
+
+def path_word(ray_id, is_primary, direction, org):
+    return pack((ray_id, 8), (is_primary, 1), (direction, 72), (org, 72))
 
 
 def primary(camera, ray_id, x, y):
-    """(pri_t, ray_t, direction) of a pixel."""
+    """(pri_t, ray_t, path_ray_t) of a pixel."""
     d = np.empty(3)
     rgen.primary_direction(camera.c, camera.u, camera.v, x, y, d)
     direction = bits(d)
-    ray = ray_word(ray_id, 0, TRI_NONE, HUGE, bits([rgen.inverse(v) for v in d]), direction, bits(camera.org))
-    return pack((ray_id, 8), (x, 16), (y, 16)), ray, pack((direction, 72))
+    ray = ray_word(ray_id, 0, TRI_NONE, T_MIN, HUGE, bits([rgen.inverse(v) for v in d]), direction, bits(camera.org))
+    return pack((ray_id, 8), (x, 16), (y, 16)), ray, path_word(ray_id, 1, direction, bits(camera.org))
 
 
 def secondary(rng, ray_id):
-    """(sec_t, ray_t) of a random shadow ray; one component in four is a corner."""
+    """(sec_t, ray_t, path_ray_t or None) of a random ray from shading; one component in four is a corner."""
     def number():
         if rng.random() < 0.25:
             return rng.choice(CORNERS)
         return fp24.to_bits(fp24.round_to_fp24(rng.uniform(-1, 1) * 2.0 ** rng.choice([0, 0, 0, -10, -30, -61]))).item()
 
     direction, org = [number() for _ in range(3)], [number() for _ in range(3)]
-    skip, t_max = rng.randrange(1 << 24), number()
+    skip, t_min, t_max = rng.randrange(1 << 24), number(), number()
+    kind = rng.choice([SHADOW, SHADOW, REFLECT, TRANSMIT])
     inv = bits([rgen.inverse(v) for v in fp24.from_bits(direction)])
-    sec = pack((ray_id, 8), (rng.randrange(16), 4), (skip, 24), (t_max, 24), (direction, 72), (org, 72))
-    return sec, ray_word(ray_id, 1, skip, t_max, inv, direction, org)
+    sec = pack((ray_id, 8), (kind, 2), (rng.randrange(16), 4), (rng.randrange(16), 4), (skip, 24), (t_min, 24), (t_max, 24),
+               (direction, 72), (org, 72))  # fmt: skip
+    path = None if kind == SHADOW else path_word(ray_id, 0, direction, org)
+    return sec, ray_word(ray_id, int(kind == SHADOW), skip, t_min, t_max, inv, direction, org), path
 
 
 def random_camera(rng):
@@ -144,26 +152,26 @@ class Bench:
         self.cycle += 1
         pri = self._pri is not None and bool(dut.pri_ready_o.value)
         sec = self._sec is not None and bool(dut.sec_ready_o.value)
-        assert not (pri and self._sec is not None), "a primary ray went before a shadow ray that waits"
+        assert not (pri and self._sec is not None), "a primary ray went before one from shading that waits"
         leaves = bool(dut.ray_valid_o.value) and ready
         if leaves:
             assert self.expected, "a ray nobody asked for"
-            ray, direction = self.expected.pop(0)
+            ray, path = self.expected.pop(0)
             got = int(dut.ray_o.value)
-            assert got == ray, f"ray {len(self.left_at)} is\n{got:069x}, not\n{ray:069x}"
+            assert got == ray, f"ray {len(self.left_at)} is\n{got:075x}, not\n{ray:075x}"
             self.left_at.append(self.cycle)
             self.words.append(got)
-            assert bool(dut.dir_valid_o.value) == (direction is not None)
-            if direction is not None:
-                assert int(dut.dir_o.value) == direction and int(dut.dir_id_o.value) == ray >> 265
+            assert bool(dut.path_ray_valid_o.value) == (path is not None)
+            if path is not None:
+                assert int(dut.path_ray_o.value) == path
         else:
-            assert not dut.dir_valid_o.value
+            assert not dut.path_ray_valid_o.value
         if pri:
             self.expected.append(self._pri[1:])
             self.taken["pri"] += 1
             self._pri = None
         if sec:
-            self.expected.append((self._sec[1], None))
+            self.expected.append(self._sec[1:])
             self.taken["sec"] += 1
             self._sec = None
 
@@ -194,7 +202,7 @@ async def random_rays(dut, p_pri, p_sec, p_ready):
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")
 async def corner_directions(dut):
-    """Rays parallel to axes, tiny, without length, NaN; and corners in the directions of shadow rays."""
+    """Rays parallel to axes, tiny, without length, NaN; and corners in the directions from shading."""
     bench = Bench(dut, random.Random(cocotb.RANDOM_SEED), 1.0, 0.05)
     await bench.start()
     for camera in corner_cameras():
@@ -225,7 +233,7 @@ async def one_ray_in_four_cycles(dut, p_pri, p_sec):
     await bench.run(200)
     gaps = {b - a for a, b in zip(bench.left_at[:190], bench.left_at[1:190])}
     assert gaps == {4}, f"cycles from ray to ray: {sorted(gaps)}"
-    assert p_sec < 1.0 or bench.taken["pri"] <= 1, "shadow rays were always there: no primary ray may start"
+    assert p_sec < 1.0 or bench.taken["pri"] <= 1, "rays from shading were always there: no primary ray may start"
 
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")

@@ -21,6 +21,7 @@ SOURCES = [
     "tni/rc_tni_front.sv", "tni/rc_tni_back.sv", "tni/rc_tni_stack.sv", "tni/rc_tni_rays.sv", "tni/rc_tni_pipe.sv",
     "tni/rc_tni.sv",
 ]  # fmt: skip
+HIT_W = 111  # hit_t without the id
 EVENTS = ["ray_out", "ray_in", "list_hit", "nt_hit", "bubble", "miss_list", "miss_nt", "isect", "trav2", "trav1", "box"]
 
 
@@ -72,8 +73,8 @@ async def trace(dut, rays, p_valid=1.0, p_ready=1.0, limit=400_000):
             sent, valid = sent + 1, False
         if ready and dut.out_valid_o.value:
             word = int(dut.out_o.value)
-            ident = word >> 98
-            hits[owner.pop(ident)] = word & ((1 << 98) - 1)
+            ident = word >> HIT_W
+            hits[owner.pop(ident)] = word & ((1 << HIT_W) - 1)
             free.append(ident)
         if not valid and sent < len(rays) and free and random.random() < p_valid:
             ident = free.pop(random.randrange(len(free)))
@@ -103,7 +104,7 @@ async def random_rays(dut):
             task.cancel()
         wrong = [i for i in range(count) if hits[i] != want[i]]
         assert not wrong, f"{len(wrong)} of {count} rays differ, first {wrong[0]}: {rays[wrong[0]]}\n" \
-                          f"got  {hits[wrong[0]]:025x}\nwant {want[wrong[0]]:025x}"  # fmt: skip
+                          f"got  {hits[wrong[0]]:028x}\nwant {want[wrong[0]]:028x}"  # fmt: skip
         total = dict(zip(("box", "trav1", "trav2", "isect"), slots.sum(0).tolist(), strict=True))
         assert {k: got[k] for k in total} == total
         assert got["ray_in"] == got["ray_out"] == count

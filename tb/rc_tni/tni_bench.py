@@ -20,7 +20,10 @@ class Bench:
         self.triangles = fp24.round_to_fp24(np.asarray(triangles, dtype=np.float64))
         dropped = ~triaccel.has_area(self.triangles)
         self.tree = kdtree.build(self.triangles, dropped, params)
-        records = triaccel.pack(triaccel.records(self.triangles, dropped), np.zeros(len(triangles), dtype=np.int64))
+        kinds = np.random.default_rng(len(triangles))
+        records = triaccel.pack(
+            triaccel.records(self.triangles, dropped), kinds.integers(0, 4096, len(triangles)), kinds.random(len(triangles)) < 0.6
+        )
         grow = np.array([[-(2.0**-10)] * 3, [2.0**-10] * 3])
         self.box = fp24.round_to_fp24(self.tree.bounds + grow)
         self.arrays = tracer.decode(self.tree.nodes, self.tree.lists, records, self.box, self.tree.root)
@@ -75,22 +78,22 @@ class Bench:
                 "t_max": float(fp24.round_to_fp24(length * random.choice([0.5, 1.0, 2.0]))) if shadow else tracer.HUGE,
                 "skip": random.randrange(len(self.triangles)) if random.random() < 0.3 else tracer.TRI_NONE,
                 "any_hit": shadow,
+                "t_min": tracer.T_MIN if random.random() < 0.6 else
+                float(fp24.round_to_fp24(tracer.T_MIN + length * random.choice([0.001, 0.5, 0.9, 1.1]) + 2.0**-8)),
             })  # fmt: skip
             rays[-1]["inv_dir"] = np.array([rgen.inverse(d) for d in rays[-1]["dir"]])
         return rays
 
     def expect(self, rays):
         """(hit_t without the id for every ray, slots (n, 4)) from the model."""
-        stack = {k: np.array([r[k] for r in rays]) for k in ("org", "dir", "inv_dir", "t_max", "skip", "any_hit")}
-        tri, t, beta, gamma, slots = tracer.trace_rays(
-            self.arrays, stack["org"], stack["dir"], stack["inv_dir"], stack["t_max"], stack["skip"], stack["any_hit"]
-        )
+        names = ("org", "dir", "inv_dir", "t_min", "t_max", "skip", "any_hit")
+        tri, t, beta, gamma, mat, opaque, slots = tracer.trace_rays(self.arrays, *(np.array([r[k] for r in rays]) for k in names))
         t, beta, gamma = fp24.to_bits(t), fp24.to_bits(beta), fp24.to_bits(gamma)
         hits = []
         for i, ray in enumerate(rays):
             hit = tri[i] != tracer.TRI_NONE
-            hits.append(pack((int(ray["any_hit"]), 1), (int(hit), 1), (int(tri[i]), 24), (int(t[i]), 24), (int(beta[i]), 24),
-                             (int(gamma[i]), 24)))  # fmt: skip
+            hits.append(pack((int(ray["any_hit"]), 1), (int(hit), 1), (int(opaque[i]), 1), (int(mat[i]), 12), (int(tri[i]), 24),
+                             (int(t[i]), 24), (int(beta[i]), 24), (int(gamma[i]), 24)))  # fmt: skip
         return hits, slots
 
 
@@ -111,8 +114,9 @@ def vec3(v):
 
 def ray_word(ident, ray):
     """`ray_t`."""
+    t_min, t_max = (int(b) for b in fp24.to_bits(np.array([ray["t_min"], ray["t_max"]])))
     return pack(
-        (ident, 8), (int(ray["any_hit"]), 1), (int(ray["skip"]), 24), (int(fp24.to_bits(np.array([ray["t_max"]]))[0]), 24),
+        (ident, 8), (int(ray["any_hit"]), 1), (int(ray["skip"]), 24), (t_min, 24), (t_max, 24),
         (vec3(ray["inv_dir"]), 72), (vec3(ray["dir"]), 72), (vec3(ray["org"]), 72),
     )  # fmt: skip
 

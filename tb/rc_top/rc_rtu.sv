@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 // Stand-in for the ray-tracing unit with its ports, to test what is around it. For each block it
-// reads a line of nodes and a line of triangle information, then "traces" one ray a pixel and paints
-//   pixel (x, y) = low 32 bits of (node word 0 + info word 0 + last light word 0 + last material word 0) ^ {y, x}
+// reads a line of nodes, of triangle information, of texture coordinates and a block of textures, then "traces" one ray a pixel and paints
+//   pixel (x, y) = low 32 bits of (node word 0 + info word 0 + last light word 0 + last material's words 0, optics too
+//                  + uv word 1) + high 32 bits of texture word 7, ^ {y, x}
 // node word 7 = 1 reports ERR_NODE with the low bits of word 6; 2 asks for a line outside all windows;
 // 3 stops for ever.
 module rc_rtu import rc_pkg::*; (
@@ -15,7 +16,7 @@ module rc_rtu import rc_pkg::*; (
   output logic             blk_ready_o,
   input  block_t           blk_i,
   input  logic             ld_valid_i,
-  input  logic             ld_light_i,
+  input  ld_kind_e         ld_kind_i,
   input  logic [7:0]       ld_idx_i,
   input  line_t            ld_line_i,
   output logic             tni_req_valid_o,
@@ -28,6 +29,16 @@ module rc_rtu import rc_pkg::*; (
   output line_addr_t       tri_req_addr_o,
   input  logic             tri_rsp_valid_i,
   input  line_t            tri_rsp_line_i,
+  output logic             uv_req_valid_o,
+  input  logic             uv_req_ready_i,
+  output line_addr_t       uv_req_addr_o,
+  input  logic             uv_rsp_valid_i,
+  input  line_t            uv_rsp_line_i,
+  output logic             tex_req_valid_o,
+  input  logic             tex_req_ready_i,
+  output line_addr_t       tex_req_addr_o,
+  input  logic             tex_rsp_valid_i,
+  input  block64_t         tex_rsp_block_i,
   output logic             wr_valid_o,
   input  logic             wr_ready_i,
   output addr_t            wr_addr_o,
@@ -43,8 +54,8 @@ module rc_rtu import rc_pkg::*; (
   state_e state_q;
   block_t blk_q;
   line_t  node_q;
-  logic [31:0] info_q, light_q, mat_q, colour;
-  logic [1:0]  asked_q, answered_q;
+  logic [31:0] info_q, light_q, mat_q, optics_q, uv_q, tex_q, colour;
+  logic [3:0]  asked_q, answered_q;
   logic [5:0]  n_q;                        // ray in the block
   logic [2:0]  row_q;
   logic        outside_q;
@@ -56,7 +67,7 @@ module rc_rtu import rc_pkg::*; (
   assign x0         = {blk_q.x, 3'b0};
   assign y          = {blk_q.y, row_q};
   assign node_lines = LINE_ADDR_W'(tree_i.node_count >> 3);
-  assign colour     = node_q[0][31:0] + info_q + light_q + mat_q;
+  assign colour     = node_q[0][31:0] + info_q + light_q + mat_q + optics_q + uv_q + tex_q;
 
   assign blk_ready_o     = state_q == WAIT;
   assign idle_o          = state_q == WAIT;
@@ -64,6 +75,10 @@ module rc_rtu import rc_pkg::*; (
   assign tni_req_addr_o  = outside_q ? '1 : tree_i.node_base + LINE_ADDR_W'(16'(blk_q.x) + 16'(blk_q.y)) % node_lines;
   assign tri_req_valid_o = state_q == ASK && !asked_q[1];
   assign tri_req_addr_o  = shade_i.info_base + LINE_ADDR_W'(blk_q.x) % LINE_ADDR_W'(tree_i.tri_count);
+  assign uv_req_valid_o  = state_q == ASK && !asked_q[2];
+  assign uv_req_addr_o   = shade_i.uv_base + LINE_ADDR_W'(blk_q.y[0]);
+  assign tex_req_valid_o = state_q == ASK && !asked_q[3];
+  assign tex_req_addr_o  = shade_i.tex_base + LINE_ADDR_W'(blk_q.x[1:0]);
   assign wr_valid_o      = state_q == ROWS;
   assign wr_addr_o       = {frame_i.fb_base, 6'b0} + 32'(y) * {8'b0, frame_i.fb_stride, 5'b0} + {14'b0, x0, 2'b0};
   always_comb begin
@@ -90,14 +105,25 @@ module rc_rtu import rc_pkg::*; (
     id_q  <= {2'b0, n_q};
     err_valid_o <= 1'b0;
     err_o <= '{code: ERR_NODE, addr: node_q[6][31:0]};
-    if (ld_valid_i && ld_light_i && 5'(ld_idx_i) + 5'd1 == shade_i.light_count) light_q <= ld_line_i[0][31:0];
-    if (ld_valid_i && !ld_light_i && 9'(ld_idx_i) + 9'd1 == shade_i.mat_count) mat_q <= ld_line_i[0][31:0];
+    if (ld_valid_i && ld_kind_i == LD_LIGHT && 5'(ld_idx_i) + 5'd1 == shade_i.light_count) light_q <= ld_line_i[0][31:0];
+    if (ld_valid_i && ld_kind_i == LD_MATERIAL && 9'(ld_idx_i) + 9'd1 == shade_i.mat_count) mat_q <= ld_line_i[0][31:0];
+    if (ld_valid_i && ld_kind_i == LD_OPTICS && 9'(ld_idx_i) + 9'd1 == shade_i.mat_count) optics_q <= ld_line_i[0][31:0];
     if (!rst_ni) begin
       state_q <= WAIT;
-      {light_q, mat_q} <= '0;
+      {light_q, mat_q, optics_q} <= '0;
     end else begin
       if (tni_req_valid_o && tni_req_ready_i) asked_q[0] <= 1'b1;
       if (tri_req_valid_o && tri_req_ready_i) asked_q[1] <= 1'b1;
+      if (uv_req_valid_o && uv_req_ready_i) asked_q[2] <= 1'b1;
+      if (tex_req_valid_o && tex_req_ready_i) asked_q[3] <= 1'b1;
+      if (uv_rsp_valid_i) begin
+        answered_q[2] <= 1'b1;
+        uv_q          <= uv_rsp_line_i[1][31:0];
+      end
+      if (tex_rsp_valid_i) begin
+        answered_q[3] <= 1'b1;
+        tex_q         <= tex_rsp_block_i[7][63:32];
+      end
       if (tni_rsp_valid_i) begin
         answered_q[0] <= 1'b1;
         node_q        <= tni_rsp_line_i;
@@ -137,5 +163,5 @@ module rc_rtu import rc_pkg::*; (
   end
 
   logic unused;
-  assign unused = ^{camera_i, tree_i, shade_i, node_q, tri_rsp_line_i, ld_line_i, frame_i};
+  assign unused = ^{camera_i, tree_i, shade_i, node_q, tri_rsp_line_i, uv_rsp_line_i, tex_rsp_block_i, ld_line_i, frame_i};
 endmodule

@@ -31,14 +31,15 @@ class Scene:
         at = self.regs["NODE_BASE"] + 64 * line
         self.image[at + 48:at + 64] = operand.to_bytes(8, "little") + what.to_bytes(8, "little")
 
-    def word(self, register: str, line: int) -> int:
-        at = self.regs[register] + 64 * line
+    def word(self, register: str, line: int, at: int = 0) -> int:
+        at += self.regs[register] + 64 * line
         return int.from_bytes(self.image[at:at + 4], "little")
 
     def expected(self) -> np.ndarray:
         """The picture: (height, width) uint32."""
         width, height = self.regs["SIZE"] & 0xFFFF, self.regs["SIZE"] >> 16
-        table = self.word("MAT_BASE", self.regs["MAT_COUNT"] - 1)
+        last = 2 * (self.regs["MAT_COUNT"] - 1)
+        table = self.word("MAT_BASE", last) + self.word("MAT_BASE", last + 1)
         if self.regs["LIGHT_COUNT"]:
             table += self.word("LIGHT_BASE", self.regs["LIGHT_COUNT"] - 1)
         out = np.zeros((height, width), np.uint32)
@@ -46,17 +47,20 @@ class Scene:
             for x in range(width):
                 node = self.word("NODE_BASE", (x // 8 + y // 8) % (self.regs["NODE_COUNT"] // 8))
                 info = self.word("INFO_BASE", x // 8 % self.regs["TRI_COUNT"])
-                out[y, x] = (node + info + table & 0xFFFFFFFF) ^ (y << 16 | x)
+                uv = self.word("UV_BASE", y // 8 % 2, 8)
+                texel = self.word("TEX_BASE", x // 8 % 4, 60)
+                out[y, x] = (node + info + table + uv + texel & 0xFFFFFFFF) ^ (y << 16 | x)
         return out
 
 
 def scene(seed: int, width: int = 45, height: int = 27, lights: int = 3, materials: int = 5) -> Scene:
     """A scene of the stand-in."""
-    image = bytearray(np.random.default_rng(seed).integers(0, 256, 0x8000, dtype=np.uint8).tobytes())
+    image = bytearray(np.random.default_rng(seed).integers(0, 256, 0xE000, dtype=np.uint8).tobytes())
     regs = {
         "SIZE": height << 16 | width, "FB_BASE": 0x10000, "FB_STRIDE": -(-width // 8) * 32 + 32,
         "NODE_BASE": 0x40, "NODE_COUNT": 64, "NODE_ROOT": 63, "LIST_BASE": 0x2000, "LIST_COUNT": 100,
-        "ACCEL_BASE": 0x3000, "TRI_COUNT": 5, "INFO_BASE": 0x4000, "MAT_BASE": 0x5000, "MAT_COUNT": materials,
+        "ACCEL_BASE": 0x3000, "TRI_COUNT": 5, "INFO_BASE": 0x4000, "MAT_BASE": 0x6000, "MAT_COUNT": materials,
+        "UV_BASE": 0x4800, "UV_COUNT": 3, "TEX_BASE": 0x5000, "TEX_LINES": 4,
         "LIGHT_BASE": 0x1000, "LIGHT_COUNT": lights}
     made = Scene(image, regs)
     for line in range(8):

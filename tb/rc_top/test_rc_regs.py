@@ -89,7 +89,7 @@ async def every_register(dut):
 async def outside_the_map(dut):
     host = Host(dut)
     await host.reset()
-    for offset in (0x048, 0x0D0, max(regs.OFFSETS.values()) + 4, 0xFFC):
+    for offset in (0x098, 0x0E0, max(regs.OFFSETS.values()) + 4, 0xFFC):
         assert (await host.bus.read(offset, 4)).resp == AxiResp.SLVERR, hex(offset)
         assert (await host.bus.write(offset, b"\xff\xff\xff\xff")).resp == AxiResp.SLVERR, hex(offset)
     assert await host.read("ID") == 0x52435254

@@ -30,10 +30,12 @@ def test_frame(seed, latency, pauses):
     assert {(h["x"], h["y"]) for h in result.hits} == {(x, y) for x in range(48) for y in range(32)}
     assert all(h["tri"] == (h["y"] % 8 * 8 + h["x"] % 8) and h["hit"] == 1 and h["t"] == 0x3F0000 for h in result.hits)
     count, size = result.stats["counters"], result.stats["bytes"]
-    assert count["RAYS_PRIMARY"] == result.stats["rays"]["primary"] == blocks * 64
+    assert count["RAYS_PRIMARY"] == result.stats["rays"]["primary"][0] == blocks * 64
     assert count["SLOTS_TRAV2"] == 2 * blocks * 64
-    assert (count["LINES_TNI"], count["LINES_TRI"], count["LINES_LOADER"]) == (blocks, blocks, 8)
-    assert (size["nodes"], size["info"], size["lights"], size["materials"]) == (blocks * 64, blocks * 64, 192, 320)
+    assert (count["LINES_TNI"], count["LINES_TRI"], count["LINES_LOADER"]) == (blocks, blocks, 13)
+    assert (count["LINES_UV"], count["LINES_TEX"]) == (blocks, blocks)
+    assert (size["nodes"], size["info"], size["lights"], size["materials"]) == (blocks * 64, blocks * 64, 192, 640)
+    assert (size["uv"], size["textures"]) == (blocks * 64, blocks * 64)
     assert count["FB_ROWS"] == 6 * 27 and size["frame"] == 32 * 6 * 27   # rows below the picture are not sent
     assert count["RAYS_IN_FLIGHT"] == blocks * 64 // 16                     # one cycle each
     assert (count["RD_STALL"] > 0) == (pauses > 0)
@@ -52,14 +54,12 @@ def test_bus_width(seed):
     result = run(made, memory=Memory(width=mem_width, backpressure=0.2, seed=seed))
     np.testing.assert_array_equal(result.frame, made.expected())
     assert result.stats["axi"]["read_beats"] == result.stats["counters"]["LINES_LOADER"] * 512 // mem_width \
-        + 48 * 512 // mem_width
+        + 96 * 512 // mem_width
 
 
 def test_full_tables(seed):
     """As many lights and materials as there may be."""
     made = scene(seed, lights=16, materials=256)
-    made.regs["MAT_BASE"] = 0x4000
-    made.regs["INFO_BASE"] = 0x3000
     np.testing.assert_array_equal(run(made).frame, made.expected())
 
 
@@ -67,7 +67,8 @@ def test_full_tables(seed):
     ("SIZE", 27 << 16, 0x20), ("SIZE", 45, 0x20), ("FB_STRIDE", 160, 0x28), ("NODE_COUNT", 0, 0x54),
     ("NODE_ROOT", 64, 0x58), ("MAT_COUNT", 0, 0x74), ("MAT_COUNT", 257, 0x74), ("LIGHT_COUNT", 17, 0x7C),
     ("NODE_BASE", 0xFFFFFE40, 0x50), ("LIST_BASE", 0xFFFFFE80, 0x5C), ("ACCEL_BASE", 0xFFFFFF80, 0x64),
-    ("INFO_BASE", 0xFFFFFF00, 0x6C), ("MAT_BASE", 0xFFFFFF00, 0x70), ("LIGHT_BASE", 0xFFFFFF80, 0x78)])
+    ("INFO_BASE", 0xFFFFFF00, 0x6C), ("MAT_BASE", 0xFFFFFF00, 0x70), ("LIGHT_BASE", 0xFFFFFF80, 0x78),
+    ("UV_BASE", 0xFFFFFFC0, 0xD0), ("TEX_BASE", 0xFFFFFF40, 0xD8)])
 def test_bad_setup(seed, register, value, blamed):
     """Registers that make no sense: nothing is read or written, the register is named."""
     made = scene(seed)
@@ -79,7 +80,8 @@ def test_bad_setup(seed, register, value, blamed):
 
 
 @pytest.mark.parametrize("register, value", [
-    ("NODE_BASE", 0xFFFFFE00), ("LIST_BASE", 0xFFFFFE40), ("ACCEL_BASE", 0xFFFFFF40)])
+    ("NODE_BASE", 0xFFFFFE00), ("LIST_BASE", 0xFFFFFE40), ("ACCEL_BASE", 0xFFFFFF40), ("UV_BASE", 0xFFFFFF80),
+    ("TEX_BASE", 0xFFFFFF00)])
 def test_region_may_end_with_memory(seed, register, value):
     """A region up to the last byte of 4 GB is one line away from an error."""
     made = scene(seed)

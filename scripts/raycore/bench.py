@@ -1,45 +1,65 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-"""Benchmark: `python -m raycore.bench`, also `make bench`. Rays per cycle, slots, hit rates and bytes, beside the paper's.
+"""Benchmark: `python -m raycore.bench`, also `make bench`. The paper's Tables II and III beside what the RTL does.
 
-Without arguments it renders our own scenes. With `--views VIEWS.json --meshes FOLDER` it renders the meshes that the file
-names, {"sibenik.ply": {"camera": "...", "light": "..."}, ...}, as the options of `raycore render`. Every scene is rendered
-with primary rays alone and with a shadow ray to each light; memory is 64 bits, 60 cycles, 16 bursts.
+Table II, Whitted ray tracing: our scenes (and those of --whitted) at depth 0 and 10. Table III, primary and shadow rays:
+our scenes and the meshes of --views. Speed is in rays per cycle per RTU, which no clock changes; hit rates; bytes per
+ray. Memory is 64 bits, 60 cycles, 16 bursts.
+
+--views VIEWS.json names meshes in --meshes FOLDER and how to look at them, as the options of `raycore render`:
+{"sibenik.ply": {"camera": "...", "light": "..."}, "kitchen.glb": {"camera": "...", "lights": ["...", ...]}, ...}.
 
 Pixels come first: every frame is compared with the bit-exact reference unless --fast, and a difference fails the run.
-Writes build/bench.json.
+Writes build/bench.json after every frame.
 """
 
 import argparse
 import json
 import sys
+import time
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
 from raycore import check, render, sim
-from raycore.errors import RayCoreError
+from raycore.errors import OptionError, RayCoreError
 from raycore.image import View, build_geometry, build_image
 from raycore.model import frame
 from raycore.scene import load_scene, parse_camera, parse_light
 from raycore.toolchain import BUILD
 
 OURS = ("hall", "still_life", "organic")
+WHITTED = ("kitchen", "room", "living_room")
+MHZ, RTUS = 84.0, 4  # of the paper's prototype
 
-# Paper Table III, 800x480, primary rays (each casts a shadow ray): Mrays/s of four RTUs at 84 MHz, hit rates of L1 node,
-# L1 list, L2 and triangle cache in percent, MB/s that are not texture.
-PAPER = {
-    "sibenik": (21.4, (99, 99, 73, 97), 30),
-    "conference": (21.1, (99, 99, 65, 99), 62),
+# Paper Table II: by scene, size and depth: rays (M); hit rates of L1 node, L1 list, L2, triangle and texture cache in percent;
+# MB/s not texture, texture; Mrays/s.
+PAPER_WHITTED = {
+    ("kitchen", "800x480", 0): (1.1, (99, 99, 57, 98, 96), (50, 25), 24.5),
+    ("kitchen", "800x480", 10): (1.8, (99, 99, 54, 96, 95), (88, 31), 26.2),
+    ("room", "800x480", 0): (1.1, (99, 99, 62, 96, 96), (85, 26), 23.7),
+    ("room", "800x480", 10): (1.8, (99, 99, 61, 96, 95), (89, 33), 25.5),
+    ("living_room", "800x480", 0): (1.1, (99, 99, 63, 98, 92), (45, 56), 24.0),
+    ("living_room", "800x480", 10): (1.6, (99, 99, 62, 98, 93), (47, 48), 25.2),
+    ("kitchen", "1600x960", 0): (4.6, (99, 99, 58, 99, 96), (16, 30), 24.9),
+    ("kitchen", "1600x960", 10): (7.3, (99, 99, 56, 98, 95), (34, 36), 26.8),
+    ("room", "1600x960", 0): (4.5, (99, 99, 64, 98, 96), (25, 33), 23.9),
+    ("room", "1600x960", 10): (7.4, (99, 99, 63, 98, 94), (26, 43), 25.9),
+    ("living_room", "1600x960", 0): (4.6, (99, 99, 64, 99, 91), (14, 64), 24.3),
+    ("living_room", "1600x960", 10): (6.6, (99, 99, 62, 99, 92), (15, 58), 25.5),
 }
 
+# Paper Table III, primary rays, each of which casts a shadow ray; as above without the texture cache.
+PAPER_PRIMARY = {
+    ("sibenik", "800x480"): (0.7, (99, 99, 73, 97), (30, 0), 21.4),
+    ("conference", "800x480"): (0.7, (99, 99, 65, 99), (62, 0), 21.1),
+    ("sibenik", "1600x960"): (3.0, (99, 99, 73, 99), (8, 0), 21.7),
+    ("conference", "1600x960"): (3.0, (99, 99, 64, 99), (20, 0), 21.7),
+}
 
-def paper_row(mesh):
-    """(rays per cycle per RTU, hit rates, bytes per ray) of the paper for a mesh's name, or None."""
-    for name, (mrays, hits, mbytes) in PAPER.items():
-        if mesh.startswith(name) and "textured" not in mesh:
-            return mrays / 84.0 / 4.0, hits, mbytes / mrays
-    return None
+CACHES = ("l1_node", "l1_list", "l2", "triangle", "texture")
+COLUMNS = ("scene", "size", "rays", "Mrays", "rays/cycle/RTU", "slots/ray", "occupancy", "NT / list / L2 / tri / tex %",
+           "bytes/ray not tex.", "tex.", "kcycles/s")  # fmt: skip
 
 
 def measure(geometry, view, exact):
@@ -49,58 +69,109 @@ def measure(geometry, view, exact):
     values = render.stats(rendered)
     if exact:
         report = check.compare_rtl(rendered.result, frame.render_fp24(image))
-        if report.pixels or report.hits or report.counters:
-            raise RayCoreError(f"{geometry.scene.name}: the RTL differs from the reference")
+        if not report.same:
+            raise RayCoreError(f"{geometry.scene.name}: the RTL differs from the reference: {'; '.join(report.examples)}")
     return values
 
 
-def row(name, rays, values):
-    """Cells of a line of the table."""
-    cache = values["cache"]
+def cells(values):
+    """Measured cells of a line, from the rays on."""
+    cache, counters = values["cache"], values["counters"]
+    rays = sum(counters[f"RAYS_{kind}"] for kind in ("PRIMARY", "SHADOW", "REFLECT", "TRANSMIT"))
+    texture = 64 * (counters["LINES_TEX"] + counters["LINES_UV"])
+    rates = [cache[c]["hit_rate"] for c in CACHES]
     return [
-        name, rays, f"{values['rays_per_cycle_per_rtu']:.4f}", f"{values['slots_per_ray']:.2f}", f"{values['occupancy']:.1%}",
-        " / ".join(f"{100 * cache[c]['hit_rate']:.1f}" for c in ("l1_node", "l1_list", "l2", "triangle")),
-        f"{values['bytes_per_ray']['tree']:.2f}", f"{values['bytes_per_ray']['total']:.2f}",
+        f"{rays / 1e6:.2f}", f"{values['rays_per_cycle_per_rtu']:.4f}", f"{values['slots_per_ray']:.2f}",
+        f"{values['occupancy']:.1%}", " / ".join("-" if r is None else f"{100 * r:.1f}" for r in rates),
+        f"{values['bytes_per_ray']['total'] - texture / rays:.2f}", f"{texture / rays:.2f}",
         f"{values['simulation'].get('cycles_per_second', 0) / 1000:.0f}",
     ]  # fmt: skip
+
+
+def paper_cells(row):
+    """The paper's cells of the same line."""
+    mrays, hits, (other, texture), speed = row
+    return [f"{mrays:.1f}", f"{speed / MHZ / RTUS:.4f}", "", "", " / ".join(map(str, hits)), f"{other / speed:.1f}",
+            f"{texture / speed:.1f}", ""]  # fmt: skip
+
+
+def _lights(view):
+    texts = view.get("lights") or ([view["light"]] if "light" in view else None)
+    return None if texts is None else [parse_light(text) for text in texts]
+
+
+class Bench:
+    """Runs frames, keeps their statistics and the lines of the tables."""
+
+    def __init__(self, args, console):
+        self.args, self.console, self.results, self.geometries = args, console, {}, {}
+        self.views = {}
+        if args.views:
+            self.views = {k: v for k, v in json.loads(args.views.read_text()).items() if isinstance(v, dict)}
+
+    def run(self, table, name, size, kind, **view):
+        """One line of a table: scene `name` at `size`; kind says which rays."""
+        began = time.strftime("%H:%M:%S")
+        self.console.print(f"[dim]{began} {name}, {size}, {kind}[/dim]")
+        mesh = self.views.get(name, {})
+        if name not in self.geometries:
+            self.geometries.clear()  # a large scene at a time
+            self.geometries[name] = build_geometry(load_scene(str(self.args.meshes / name) if mesh else name))
+        width, height = (int(n) for n in size.split("x"))
+        camera = parse_camera(mesh["camera"]) if "camera" in mesh else None
+        values = measure(self.geometries[name], View(width, height, camera, _lights(mesh), **view), not self.args.fast)
+        self.results[f"{name}, {size}, {kind}"] = values
+        table.add_row(name, size, kind, *cells(values))
+        BUILD.mkdir(parents=True, exist_ok=True)
+        (BUILD / "bench.json").write_text(json.dumps(self.results, indent=1, default=str))
+
+    def paper(self, table, row):
+        """The paper's line, if it has one."""
+        if row is not None:
+            table.add_row("", "", "the paper's", *paper_cells(row), style="dim")
+
+
+def _table(title):
+    table = Table(title=title)
+    for column in COLUMNS:
+        table.add_column(column, justify="left" if column in COLUMNS[:3] else "right")
+    return table
 
 
 def main(argv):
     raw = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(prog="raycore.bench", description=__doc__, formatter_class=raw)
-    parser.add_argument("scene", nargs="*", help="scenes of ours or meshes; default: all of --views, else our own")
-    parser.add_argument("--views", type=Path, help="JSON with camera and light of each mesh")
+    parser.add_argument("--views", type=Path, help="JSON with camera and lights of each mesh")
     parser.add_argument("--meshes", type=Path, default=Path(), help="folder of the meshes that --views names")
-    parser.add_argument("--size", default="800x480")
+    parser.add_argument("--whitted", nargs="*", default=list(WHITTED), help="scenes of Table II (default: our three)")
+    parser.add_argument("--primary", nargs="*", help="scenes of Table III (default: our three, and all of --views)")
+    parser.add_argument("--sizes", nargs="*", default=["800x480"], help="800x480 1600x960 are the paper's")
+    parser.add_argument("--depths", nargs="*", type=int, default=[0, 10])
     parser.add_argument("--fast", action="store_true", help="do not compare with the reference")
     args = parser.parse_args(argv)
-    console = Console(width=140)
-    width, height = (int(n) for n in args.size.split("x"))
-    views = {k: v for k, v in json.loads(args.views.read_text()).items() if isinstance(v, dict)} if args.views else {}
-    scenes = args.scene or list(views) or list(OURS)
-
-    table = Table(title=f"{args.size}, 64-bit memory, 60 cycles; hit rates count every access, repeats after a miss included")
-    for column in ("scene", "rays", "rays/cycle/RTU", "slots/ray", "occupancy", "L1 NT / list / L2 / triangle %",
-                   "bytes/ray tree", "all", "kcycles/s"):  # fmt: skip
-        table.add_column(column, justify="left" if column in ("scene", "rays") else "right")
-    results = {}
-    for name in scenes:
-        view = views.get(name, {})
-        camera = parse_camera(view["camera"]) if "camera" in view else None
-        lights = [parse_light(view["light"])] if "light" in view else None
-        geometry = build_geometry(load_scene(str(args.meshes / name) if name in views else name))
-        for rays, shadows in (("primary", False), ("primary + shadow", True)):
-            console.print(f"[dim]{name}, {rays}[/dim]")
-            values = measure(geometry, View(width, height, camera, lights, shadows), not args.fast)
-            results[f"{name}, {rays}"] = values
-            table.add_row(*row(name, rays, values))
-        if (paper := paper_row(name)) is not None:
-            speed, hits, per_ray = paper
-            cells = ["", "the paper's", f"{speed:.4f}", "", "", " / ".join(map(str, hits)), f"{per_ray:.1f}", "", ""]
-            table.add_row(*cells, style="dim")
-    console.print(table)
-    BUILD.mkdir(parents=True, exist_ok=True)
-    (BUILD / "bench.json").write_text(json.dumps(results, indent=1, default=str))
+    if any(len(s.split("x")) != 2 or not all(n.isdigit() for n in s.split("x")) for s in args.sizes):
+        raise OptionError(f"--sizes {' '.join(args.sizes)}: give WIDTHxHEIGHT")
+    console = Console(width=150)
+    bench = Bench(args, console)
+    tables = []
+    note = "64-bit memory, 60 cycles; hit rates count every access, repeats after a miss included"
+    if args.whitted:
+        tables.append(_table(f"Table II, Whitted ray tracing; {note}"))
+        for name in args.whitted:
+            for size in args.sizes:
+                for depth in args.depths:
+                    bench.run(tables[-1], name, size, f"depth {depth}", max_depth=depth)
+                    bench.paper(tables[-1], PAPER_WHITTED.get((name, size, depth)))
+    primary = args.primary if args.primary is not None else [*OURS, *(n for n in bench.views if n not in args.whitted)]
+    if primary:
+        tables.append(_table(f"Table III, primary and shadow rays; {note}"))
+        for name in primary:
+            for size in args.sizes:
+                for kind, shadows in (("primary", False), ("primary + shadow", True)):
+                    bench.run(tables[-1], name, size, kind, shadows=shadows, max_depth=0)
+                bench.paper(tables[-1], PAPER_PRIMARY.get((Path(name).stem, size)))
+    for table in tables:
+        console.print(table)
     console.print("wrote build/bench.json")
     return 0
 

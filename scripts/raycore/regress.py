@@ -30,10 +30,11 @@ from raycore.image import View, build_geometry, build_image
 from raycore.model.pixbuf import RGB10A2
 from raycore.toolchain import REPO
 
-FAULT_VIEW = View(24, 16, max_slots=4096)  # a ray that loops in a broken tree ends the frame soon
+FAULT_VIEW = View(24, 16, max_slots=4096, max_depth=4)  # a ray that loops in a broken tree ends the frame soon
 FAULT_CYCLES = 20_000_000
 ERR_SLVERR, ERR_DECERR = 6, 7  # err_e of rtl/rc_pkg.sv
-FLIPPED = ("nodes", "lists", "triaccel", "info", "materials", "lights")
+FLIPPED = {"nodes": 7, "lists": 4, "triaccel": 4, "info": 3, "materials": 2, "lights": 1, "uv": 2, "textures": 1}  # how often
+DEEPEST = 15
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,8 @@ class FrameCase:
         parts += [f"bp{m.backpressure:g}s{m.seed}"] if m.backpressure else []
         parts += [f"out{m.outstanding}"] if m.outstanding != 16 else []
         parts += [] if v.shadows else ["noshadows"]
+        parts += [f"depth{v.max_depth}"] if v.max_depth else []
+        parts += ["trilinear"] if v.trilinear else []
         parts += [f"{len(v.lights)}lights"] if v.lights is not None else []
         parts += ["rgb10"] if v.fb_format == RGB10A2 else []
         return "frame/" + "-".join(parts)
@@ -109,8 +112,18 @@ def frame_cases(level, seed):
     out = cases("tiny", View(40, 24), memory, replace(memory, latency=1), replace(memory, latency=400))
     out += cases("tiny", View(37, 19), replace(memory, latency=17, backpressure=0.4, seed=int(rng.integers(1000))))
     out += cases("nasty", View(64, 48))
+    out += cases("tiny_glass", View(48, 32, max_depth=5), memory, replace(memory, latency=400))
     if level == "quick":
         return out
+    for depth in (0, 1, DEEPEST):
+        pauses = replace(memory, latency=int(rng.integers(1, 401)), backpressure=0.3, seed=int(rng.integers(1000)))
+        out += cases("tiny_glass", View(41, 30, max_depth=depth, min_weight=0.0), memory, pauses)
+    out += cases("tiny_glass", View(48, 32, max_depth=5, trilinear=True), memory, replace(memory, width=256, latency=7))
+    out += cases("tiny_glass", View(48, 32, max_depth=5, lights=_lights("tiny_glass", 16)))
+    out += cases("mirror_box", View(48, 32, max_depth=DEEPEST, min_weight=0.0))
+    for name in ("kitchen", "room", "living_room", "glass", "cards"):
+        out += cases(name, View(96, 56, max_depth=10), memory, replace(memory, latency=int(rng.integers(1, 401)),
+                     backpressure=0.2, seed=int(rng.integers(1000))))  # fmt: skip
     out += cases("tiny", View(1, 1)) + cases("tiny", View(7, 65)) + cases("tiny", View(33, 33, fb_format=RGB10A2))
     out += cases("tiny", View(40, 24, shadows=False)) + cases("tiny", View(40, 24, lights=_lights("tiny", 16)))
     out += cases("tiny", View(40, 24), *(replace(memory, width=w) for w in (128, 256)))
@@ -124,6 +137,9 @@ def frame_cases(level, seed):
             out += cases(name, View(96, 56), pauses)
     out += cases("hall", View(160, 96), memory, replace(memory, width=128, backpressure=0.2))
     if level == "full":
+        for name in ("kitchen", "room", "living_room", "glass", "cards", "mirror_box"):
+            out += cases(name, View(320, 192, max_depth=10), *(replace(memory, width=w) for w in sim.MEM_WIDTHS))
+            out += cases(name, View(320, 192, max_depth=0)) + cases(name, View(200, 120, max_depth=DEEPEST, trilinear=True))
         for name in ("hall", "still_life", "organic", "nasty"):
             out += cases(name, View(320, 192), *(replace(memory, width=w) for w in sim.MEM_WIDTHS))
             out += cases(name, View(800, 480)) + cases(name, View(800, 480, shadows=False))
@@ -146,7 +162,8 @@ def frame_cases(level, seed):
 def fault_cases(level, seed):
     """Broken frames of a level."""
     count = {"quick": 20, "normal": 200, "full": 2000}[level]
-    return [FaultCase(seed + i, "nasty" if i % 8 == 7 else "tiny") for i in range(count)]
+    scenes = ("tiny", "tiny_glass", "tiny_glass", "nasty")
+    return [FaultCase(seed + i, scenes[i % len(scenes)]) for i in range(count)]
 
 
 # ---- running it ------------------------------------------------------------------------------------------------------------
@@ -195,6 +212,13 @@ def run_frame(case, image, reference):
     return Outcome(case.name, exact.same, what, cycles, exact.rays, time.perf_counter() - began, details)
 
 
+def _some_region(image, rng):
+    """A region that a frame of this image reads."""
+    names = [n for n in FLIPPED if image.regions.get(n, (0, 0))[1] > image.regions.get(n, (0, 0))[0]]
+    often = np.array([FLIPPED[n] for n in names], float)
+    return names[rng.choice(len(names), p=often / often.sum())]
+
+
 def spoil(case, image, clean):
     """Put a fault into a frame.
 
@@ -218,11 +242,11 @@ def spoil(case, image, clean):
         elif where == 1:
             option, value, sure = f"{kind}-write-at", int(rng.integers(1, writes + 1)), True
         else:
-            region = FLIPPED[rng.integers(len(FLIPPED))]
+            region = _some_region(image, rng)
             low, high = image.regions[region]
             option, value, sure = f"{kind}-addr", int(rng.integers(low // 64, high // 64)) * 64, False
         return memory, [(option, value)], model, (code,) if sure else None, f"{option} {value:#x}"
-    region = FLIPPED[rng.choice(len(FLIPPED), p=(0.35, 0.2, 0.2, 0.15, 0.05, 0.05))]
+    region = _some_region(image, rng)
     low, high = image.regions[region]
     flips = int(2 ** rng.uniform(0, 9))
     at = rng.integers(0, (high - low) * 8, flips)

@@ -276,7 +276,7 @@ def _trace_row(tree, s, dirs, log, rgb, tri, hit, light, start, by_depth, slots)
 # ---- frames --------------------------------------------------------------------------------------------------------------
 
 
-def _render(view, tree, setup, dirs):
+def _render(view, setup, tree, dirs):
     h, w = dirs.shape[:2]
     out = {
         "rgb": np.zeros((h, w, 3)),
@@ -345,16 +345,10 @@ def _registers(image):
     }
 
 
-def render_fp24(image):
-    """The frame as the hardware renders it, bit for bit.
-
-    Args: `image.Image`; it must be sound, for the model does not check indices.
-    Returns: `Frame`.
-    """
-    camera = rgen.Camera(*(register_vector(image, f"CAM_{n.upper()}_") for n in rgen.Camera._fields))
-    dirs, _ = rgen.primary_rays(camera, image.view.width, image.view.height)
+def setup_fp24(image):
+    """What the hardware is given, from memory image and registers: `Setup`, `tracer.TreeArrays`."""
     setup = Setup(
-        org=camera.org,
+        org=register_vector(image, "CAM_ORG_"),
         info=read_info(image)[0],
         uv=read_uv(image),
         materials=read_materials(image),
@@ -364,7 +358,18 @@ def render_fp24(image):
         t_min=shade.T_MIN,
         **_registers(image),
     )
-    return _render(image.view, decode_tree(image), setup, dirs)
+    return setup, decode_tree(image)
+
+
+def render_fp24(image):
+    """The frame as the hardware renders it, bit for bit.
+
+    Args: `image.Image`; it must be sound, for the model does not check indices.
+    Returns: `Frame`.
+    """
+    camera = rgen.Camera(*(register_vector(image, f"CAM_{n.upper()}_") for n in rgen.Camera._fields))
+    dirs, _ = rgen.primary_rays(camera, image.view.width, image.view.height)
+    return _render(image.view, *setup_fp24(image), dirs)
 
 
 def _info64(triangles, normals):
@@ -388,15 +393,13 @@ def _uv64(image):
     return np.ascontiguousarray(np.concatenate((uv[:, 0], edges, records[:, 6:]), axis=1))
 
 
-def render_double(image):
-    """The same view in double precision: mesh, camera, lights and materials as loaded, in the unit box. Returns: `Frame`."""
+def setup_double(image):
+    """The same not rounded: mesh, lights and materials as loaded, in the unit box. Returns: `Setup`, `bvh.Bvh`."""
     scene, unit, view = image.geometry.scene, image.geometry.unit, image.view
     triangles = np.ascontiguousarray(unit.to_unit(scene.triangles))
-    camera = rgen.camera_vectors(*camera_arguments(view.camera, unit, view.width, view.height))
-    dirs, _ = rgen.primary_rays_double(camera, view.width, view.height)
     uv = _uv64(image)
     setup = Setup(
-        org=camera.org,
+        org=unit.to_unit(np.asarray(view.camera.eye, np.float64)),
         info=_info64(triangles, scene.normals),
         uv=uv,
         materials=material_table(scene.materials, len(uv) > 0),
@@ -406,5 +409,13 @@ def render_double(image):
         t_min=shade.T_MIN_DOUBLE,
         **_registers(image),
     )
-    tree = bvh.build(triangles, scene.face_material, np.array([m.opaque for m in scene.materials])[scene.face_material])
-    return _render(view, tree, setup, dirs)
+    solid = np.array([m.opaque for m in scene.materials])[scene.face_material]
+    return setup, bvh.build(triangles, scene.face_material, solid)
+
+
+def render_double(image):
+    """The same view in double precision, nothing of it rounded. Returns: `Frame`."""
+    unit, view = image.geometry.unit, image.view
+    camera = rgen.camera_vectors(*camera_arguments(view.camera, unit, view.width, view.height))
+    dirs, _ = rgen.primary_rays_double(camera, view.width, view.height)
+    return _render(view, *setup_double(image), dirs)

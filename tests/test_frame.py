@@ -2,15 +2,16 @@
 """The reference of a frame against closed forms and brute force, and the checks that compare it with others."""
 
 import copy
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from test_image import make_scene, soup
 
-from raycore import check, sim
+from raycore import check
 from raycore.image import View, build_image
-from raycore.model import bvh, fp24, frame, pixbuf
+from raycore.model import bvh, fp24, frame, pixbuf, rgen, shade, tracer
 from raycore.scene import Camera, Light, Material
 
 # A square of side 2 in the plane z = 0 that faces +z, and a smaller one above it.
@@ -21,9 +22,9 @@ EYE, LAMP = (0.0, 0.0, 3.0), (0.5, 0.25, 2.0)
 WIDTH, HEIGHT = 48, 32
 
 
-def plane_view(shadows=True, lights=None):
+def plane_view(shadows=True, lights=None, **more):
     lights = lights or [Light(LAMP, (1.0, 0.9, 0.8))]
-    return View(WIDTH, HEIGHT, Camera(EYE, (0, 0, 0), (0, 1, 0), 45.0), lights, shadows)
+    return View(WIDTH, HEIGHT, Camera(EYE, (0, 0, 0), (0, 1, 0), 45.0), lights, shadows, **more)
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +93,11 @@ def test_shadow_of_a_roof(roof, name):
     assert dark[sure].sum() > 10
     assert np.array_equal((out.light[0] == frame.SHADOWED)[sure], dark[sure])
     assert np.abs(out.rgb[sure & dark] - MATERIAL.ambient).max() < 2.0**-17
-    assert set(np.unique(out.shadow_tri[0][sure & dark])) <= {2, 3}
+    for y, x in np.argwhere(sure)[::7]:
+        first, second = out.pixel_rays(x, y)
+        assert (first["kind"], second["kind"]) == (frame.PRIMARY, frame.SHADOW)
+        assert second["hit"] == dark[y, x] and (second["tri"] in (2, 3) if dark[y, x] else second["tri"] == -1)
+        assert (first["tri"], first["t"]) == (out.tri[y, x], np.float32(out.t[y, x]))
     assert out.rays["primary"] == WIDTH * HEIGHT and out.rays["culled"] == 0
     assert out.rays["shadow"] == np.count_nonzero(out.tri >= 0)
 
@@ -102,7 +107,7 @@ def test_without_shadows_no_shadow_rays(roof):
     out = frame.render_fp24(image)
     assert out.rays["shadow"] == 0 and out.slots[0] == WIDTH * HEIGHT
     assert not (out.light == frame.SHADOWED).any()
-    assert len(check.expected_hits(out)["x"]) == WIDTH * HEIGHT
+    assert len(check.expected_hits(out)) == WIDTH * HEIGHT
 
 
 def test_light_behind_the_surface_is_culled(floor):
@@ -159,6 +164,298 @@ def test_bvh_finds_what_brute_force_finds(seed):
     assert hits > 20
 
 
+# ---- paths -----------------------------------------------------------------------------------------------------------
+
+BACK = (0.125, 0.25, 0.5)
+BLACK = Material("black", (0, 0, 0), (0, 0, 0))
+
+
+def layered(materials, heights, **view):
+    """An image of squares of side 2 that face +z, one at each height, and what it is looked at through."""
+    triangles = [(np.array(FLOOR) + (0, 0, z)).tolist() for z in heights]
+    scene = make_scene(np.concatenate(triangles), materials, background=BACK)
+    scene.face_material = np.repeat(np.arange(len(materials), dtype=np.int32), 2)
+    return build_image(scene, plane_view(**view))
+
+
+def centre(out):
+    """Colours about the picture's centre, where rays meet every layer well inside."""
+    return out.rgb[HEIGHT // 2 - 3 : HEIGHT // 2 + 3, WIDTH // 2 - 3 : WIDTH // 2 + 3]
+
+
+def phong(points, material=MATERIAL, light=(1.0, 0.9, 0.8)):
+    """Colour without ambient light of a plane that faces +z, under the lamp (test_phong_of_a_plane has no more to say)."""
+    to_light, to_eye = np.array(LAMP) - points, np.array(EYE) - points
+    to_light /= np.linalg.norm(to_light, axis=2, keepdims=True)
+    to_eye /= np.linalg.norm(to_eye, axis=2, keepdims=True)
+    mirrored = 2.0 * to_light[..., 2:] * (0.0, 0.0, 1.0) - to_light
+    highlight = np.maximum((mirrored * to_eye).sum(axis=2), 0.0) ** material.shininess
+    diffuse = to_light[..., 2:] * np.array(material.diffuse)
+    return (diffuse + highlight[..., None] * np.array(material.specular)) * np.array(light)
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+def test_mirror_shows_the_background(name):
+    render, tolerance = RENDERERS[name]
+    mirror = replace(MATERIAL, reflect=(0.5, 0.25, 1.0))
+    out = render(layered([mirror], [0.0]))
+    want = np.array(MATERIAL.ambient) + phong(on_plane()) + np.array((0.5, 0.25, 1.0)) * BACK
+    hit = inside(on_plane())
+    assert np.abs(out.rgb - want)[hit].max() < tolerance
+    assert out.rays["reflect"] == hit.sum() == out.by_depth[frame.REFLECT, 1] and out.rays["transmit"] == 0
+    without = render(layered([mirror], [0.0], max_depth=0))
+    assert without.rays["reflect"] == 0
+    assert np.abs(without.rgb - (want - np.array((0.5, 0.25, 1.0)) * BACK))[hit].max() < tolerance
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+def test_two_mirrors_face_each_other(name):
+    """Between mirrors that are looked at along their normal, n bounces sum up as a geometric series."""
+    render, tolerance = RENDERERS[name]
+    glow = Material("glow", (0, 0, 0), (0, 0, 0), emission=(0.5, 0.25, 0.125), reflect=(0.5, 0.5, 0.5))
+    up = np.array(FLOOR)
+    down = up[:, ::-1] + (0, 0, 1.0)
+    scene = make_scene(np.concatenate((up, down)), [glow], background=BACK)
+    camera = Camera((0, 0, 0.5), (0, 0, 0), (0, 1, 0), 1.0)
+    for depth in (0, 1, 3, 9):
+        view = View(4, 4, camera, [Light((0, 0, 0.25))], max_depth=depth, min_weight=0.0)
+        out = render(build_image(scene, view))
+        want = np.array(glow.emission) * sum(0.5**i for i in range(depth + 1))
+        assert np.abs(out.rgb - want).max() < tolerance
+        assert list(out.by_depth[frame.REFLECT, 1:]) == [16] * depth + [0] * (15 - depth)
+    for least, bounces in ((0.5, 0), (0.25, 1), (0.0625, 3), (0.0624, 4)):
+        view = View(4, 4, camera, [], max_depth=15, min_weight=least)
+        assert render(build_image(scene, view)).rays["reflect"] == 16 * bounces
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+def test_alpha_lets_see_what_is_behind(name):
+    """Three layers, each covering some of what is behind; the last is the background."""
+    render, tolerance = RENDERERS[name]
+    sheets = [
+        Material("lower", (0.5, 0, 0), (0, 0, 0), alpha=0.5, alpha_mode="blend"),
+        Material("hole", (1, 1, 1), (0, 0, 0), alpha=0.25, alpha_mode="mask"),
+        Material("upper", (0, 0.5, 0), (0, 0, 0), alpha=0.25, alpha_mode="blend"),
+    ]
+    out = render(layered(sheets, [0.0, 0.25, 0.5], max_depth=15, lights=[Light((0, 0, -5))]))
+    want = 0.25 * np.array((0, 0.5, 0)) + 0.75 * (0.5 * np.array((0.5, 0, 0)) + 0.5 * np.array(BACK))
+    assert np.abs(centre(out) - want).max() < tolerance
+    rays = out.pixel_rays(WIDTH // 2, HEIGHT // 2)
+    assert list(rays["kind"]) == [0, 3, 3, 3] and list(rays["depth"]) == [0, 1, 2, 3] and rays["hit"][-1] == 0
+    assert np.allclose(rays["t"][1:3], 0.25, rtol=1e-3)  # each layer is seen from the one before
+    shallow = render(layered(sheets, [0.0, 0.25, 0.5], max_depth=1, lights=[Light((0, 0, -5))]))
+    assert np.abs(centre(shallow) - 0.25 * np.array((0, 0.5, 0))).max() < tolerance
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+def test_shadow_through_two_panes(name):
+    """Panes below the eye, above the lamp's target: light is dimmed twice, and a shadow ray is traced three times."""
+    render, tolerance = RENDERERS[name]
+    pane = Material("pane", (0, 0, 0), (0, 0, 0), transmit=(0.5, 0.75, 1.0))
+    leaf = Material("leaf", (0, 0, 0), (0, 0, 0), alpha=0.25, alpha_mode="blend")
+    image = layered([MATERIAL, pane, leaf], [0.0, 0.75, 1.5], max_depth=0)
+    image = build_image(image.geometry, replace(image.view, camera=Camera((0, 0, 0.5), (0.2, 0.1, 0), (0, 1, 0), 30.0)))
+    out = render(image)
+    bright = render(build_image(image.geometry, replace(image.view, shadows=False)))
+    ambient = np.array(MATERIAL.ambient)
+    want = ambient + 0.75 * np.array((0.5, 0.75, 1.0)) * (bright.rgb - ambient)
+    assert np.abs(out.rgb - want).max() < tolerance
+    pixels = WIDTH * HEIGHT
+    assert (out.tri < 2).all() and (out.tri >= 0).all() and (out.light[0] == frame.LIT).all()
+    assert out.rays["shadow"] == 3 * pixels
+    rays = out.pixel_rays(5, 7)
+    assert list(rays["kind"]) == [0, 1, 1, 1] and list(rays["hit"]) == [1, 1, 1, 0]
+    assert set(rays["tri"][1:3] // 2) == {1, 2} and rays["t"][1] < rays["t"][2]
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+def test_opaque_behind_a_pane_blocks(name):
+    """In whichever order they are met, and dim panes block on their own."""
+    render, tolerance = RENDERERS[name]
+    pane = Material("pane", (0, 0, 0), (0, 0, 0), transmit=(0.5, 0.5, 0.5))
+    camera = Camera((0, 0, 0.5), (0.2, 0.1, 0), (0, 1, 0), 30.0)
+    for sheets in ([MATERIAL, pane, BLACK], [MATERIAL, BLACK, pane]):
+        image = layered(sheets, [0.0, 0.75, 1.5], max_depth=0)
+        out = render(build_image(image.geometry, replace(image.view, camera=camera)))
+        assert (out.light[0] == frame.SHADOWED).all()
+        assert np.abs(out.rgb - MATERIAL.ambient).max() < tolerance
+        last = out.log[out.start[1:] - 1]
+        assert (last["hit"] == 1).all() and (last["tri"] // 2 == (2 if sheets[2] is BLACK else 1)).all()
+    image = layered([MATERIAL, pane, pane], [0.0, 0.75, 1.5], max_depth=0)
+    for least, rays in ((0.5, 1), (0.25, 2), (0.125, 3)):
+        out = render(build_image(image.geometry, replace(image.view, camera=camera, min_weight=least)))
+        assert out.rays["shadow"] == rays * WIDTH * HEIGHT
+        assert (out.light[0] == (frame.LIT if rays == 3 else frame.SHADOWED)).all()
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+def test_glass_slab_does_not_bend(name):
+    """Through a slab a ray is as long as Snell's law says, and goes on behind it in the direction it came in."""
+    render, tolerance = RENDERERS[name]
+    glass = Material("glass", (0, 0, 0), (0, 0, 0), transmit=(1.0, 1.0, 1.0), ior=1.5)
+    top, bottom = np.array(FLOOR) + (0, 0, 0.5), np.array(FLOOR)[:, ::-1]
+    floor = np.array(FLOOR) + (0, 0, -1.0)
+    scene = make_scene(np.concatenate((top, bottom, floor)), [glass, MATERIAL], background=BACK)
+    scene.face_material = np.array([0, 0, 0, 0, 1, 1], np.int32)
+    image = build_image(scene, plane_view(max_depth=2, lights=[Light((0, 0, -5))]))
+    out, world = render(image), 2.0**image.geometry.unit.scale_exp
+    pixel = 2.0 * np.tan(np.radians(22.5)) / HEIGHT
+    for x, y in ((WIDTH // 2 + 4, HEIGHT // 2), (WIDTH // 2, HEIGHT // 2 - 6)):
+        rays = out.pixel_rays(x, y)
+        assert list(rays["kind"]) == [0, 3, 3] and list(rays["tri"] // 2) == [0, 1, 2]
+        tan = pixel * np.hypot(x + 0.5 - WIDTH / 2, y + 0.5 - HEIGHT / 2)
+        refracted = np.arcsin(np.sin(np.arctan(tan)) / 1.5)
+        length = 0.5 / np.cos(refracted)
+        assert np.isclose(rays["t"][1] * world, length, rtol=4 * tolerance)
+        assert np.isclose(rays["t"][2] * world, 1.0 / np.cos(np.arctan(tan)), rtol=4 * tolerance)
+
+
+# ---- the order of rays, against recursion ------------------------------------------------------------------------------
+
+
+def ball(centre, radius, steps=12):
+    """Triangles of a sphere by longitude and latitude, and its normals."""
+    lat, lon = np.linspace(0, np.pi, steps + 1), np.linspace(0, 2 * np.pi, 2 * steps + 1)
+    p = np.stack(
+        (np.outer(np.sin(lat), np.cos(lon)), np.outer(np.sin(lat), np.sin(lon)), np.outer(np.cos(lat), 1 + 0 * lon)),
+        axis=2,
+    )
+    a, b, c, d = p[:-1, :-1], p[1:, :-1], p[1:, 1:], p[:-1, 1:]
+    tri = np.concatenate(
+        (np.stack((a, b, c), axis=2)[:].reshape(-1, 3, 3), np.stack((a, c, d), axis=2).reshape(-1, 3, 3))
+    )
+    size = np.linalg.norm(np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0]), axis=1)
+    tri = tri[size > 1e-9]
+    return tri * radius + np.array(centre), tri
+
+
+def box_with_ball(kr=0.75, background=BACK):
+    """A box with walls that mirror, open above, in it a smooth ball of glass and a leaf half transparent."""
+    s = np.array(FLOOR, dtype=float)
+    walls = [s - (0, 0, 1)]
+    for turn in ((2, 0, 1), (1, 2, 0)):
+        walls += [s[:, ::-1, turn] + np.eye(3)[turn.index(2)], s[..., turn] - np.eye(3)[turn.index(2)]]
+    walls = np.concatenate(walls)
+    sphere, normals = ball((0.2, 0.1, -0.3), 0.5)
+    leaf = s * 0.4 + (-0.4, -0.4, 0.2)
+    scene = make_scene(np.concatenate((walls, sphere, leaf)), background=background)
+    scene.normals[len(walls) : len(walls) + len(sphere)] = normals
+    wall = Material("wall", (0.02, 0.03, 0.04), (0.2, 0.15, 0.1), (0.2, 0.2, 0.2), 20.0, reflect=(kr, kr, kr))
+    glass = Material(
+        "glass",
+        (0, 0, 0),
+        (0, 0, 0),
+        (0.5, 0.5, 0.5),
+        100.0,
+        reflect=(0.04,) * 3,
+        transmit=(0.9, 1, 1),
+        ior=1.5,
+        fresnel=True,
+    )
+    blend = Material(
+        "leaf", (0.02, 0.05, 0.01), (0.2, 0.5, 0.1), alpha=0.5, alpha_mode="blend", reflect=(0.1, 0.1, 0.1)
+    )
+    scene.materials = [wall, glass, blend]
+    scene.face_material = np.repeat(np.arange(3, dtype=np.int32), (len(walls), len(sphere), len(leaf)))
+    return scene
+
+
+def box_view(width, height, lights=2, **more):
+    lamps = [Light((-0.5 + 0.9 * (i % 2), -0.6 + 0.5 * (i // 2), 0.8), (0.6, 0.5, 0.4)) for i in range(lights)]
+    return View(width, height, Camera((-1.1, -1.3, 1.5), (0.1, 0.1, -0.3), (0, 0, 1), 60.0), lamps, **more)
+
+
+class Recursion:
+    """docs/whitted.md as a recursive function, ray by ray, on the functions of the units; slow, and with no stack."""
+
+    def __init__(self, image, double):
+        self.shade = shade.DOUBLE if double else shade.FP24
+        self.double, self.rays = double, []
+        self.setup, self.tree = frame.setup_double(image) if double else frame.setup_fp24(image)
+        self.slots = np.zeros(4, np.int64)
+
+    def trace(self, org, d, t_min, t_max, skip, any_hit, kind, light, depth):
+        if self.double:
+            tri, t, beta, gamma = bvh.trace_ray(self.tree, org, d, t_min, t_max, skip, any_hit)
+            mat = self.tree.mat[tri]
+        else:
+            inverse = np.array([rgen.inverse(v) for v in d])
+            skip = tracer.TRI_NONE if skip < 0 else skip
+            tri, t, beta, gamma, mat, _ = tracer.trace_ray(
+                self.tree, np.array(org), np.array(d), inverse, t_min, t_max, skip, any_hit, self.slots
+            )
+            tri = -1 if tri == tracer.TRI_NONE else tri
+        self.rays.append((kind, light, tri >= 0, depth, tri, *map(np.float32, (t, beta, gamma))))
+        return tri, t, beta, gamma, mat
+
+    def pixel(self, dirs):
+        return self.path(
+            tuple(self.setup.org), tuple(dirs), (1.0, 1.0, 1.0), 0.0, 0, frame.PRIMARY, -1, (0.0, 0.0, 0.0)
+        )
+
+    def path(self, org, d, w, length, depth, kind, skip, acc):
+        s, unit, one = self.setup, self.shade, (1.0, 1.0, 1.0)
+        t_min = tracer.T_MIN if kind == frame.PRIMARY else s.t_min
+        tri, t, beta, gamma, mat = self.trace(org, d, t_min, tracer.HUGE, skip, False, kind, 0, depth)
+        if tri < 0:
+            return unit.add_miss(acc, w, tuple(s.background))
+        row = s.materials[mat]
+        p, g, m, md, length, inside = unit.hit_point(org, d, t, beta, gamma, s.info[tri], length)
+        alpha = unit.coverage(1.0, row)
+        wl = unit.weight(alpha, w)
+        acc = unit.add_surface(acc, wl, one, row)
+        for l, light in enumerate(s.lights):
+            culled, to, from_t, far, k = unit.light_job((p, g, m, d, md), light, row, one, s.t_min)
+            if not culled:
+                tr = self.light(p, to, from_t, far, tri, l, depth, one)
+                acc = acc if tr is None else unit.add_light(acc, wl, tr, k)
+        if depth < s.max_depth:
+            children = unit.bounce((p, g, m, d, md), one, w, alpha, inside, row, s.min_weight)
+            for kind, (traced, weight, direction, start) in zip((frame.REFLECT, frame.TRANSMIT), children):
+                if traced:
+                    acc = self.path(start, direction, weight, length, depth + 1, kind, tri, acc)
+        return acc
+
+    def light(self, p, to, from_t, far, skip, l, depth, tr):
+        tri, t, _, _, mat = self.trace(p, to, from_t, far, skip, True, frame.SHADOW, l, depth)
+        if tri < 0:
+            return tr
+        row = self.setup.materials[mat]
+        if shade.opaque(row):
+            return None
+        blocked, tr, from_t = self.shade.shadow_through(tr, t, (1.0, 1.0, 1.0), 1.0, row, self.setup.min_weight)
+        return None if blocked else self.light(p, to, from_t, far, skip, l, depth, tr)
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+def test_order_of_rays(name):
+    """Every ray, every hit and every colour of some pixels, exactly."""
+    image = build_image(box_with_ball(), box_view(12, 8, max_depth=8, min_weight=0.01))
+    out = RENDERERS[name][0](image)
+    assert out.by_depth[frame.TRANSMIT, 3] > 10 and out.by_depth[frame.REFLECT, 6] > 10
+    recursion = Recursion(image, name == "double")
+    for y in range(8):
+        for x in range(12):
+            recursion.rays.clear()
+            acc = recursion.pixel(out.dir[y, x])
+            assert np.array_equal(out.rgb[y, x], acc)
+            rays = out.pixel_rays(x, y)
+            assert np.array_equal(np.array(recursion.rays, frame.RAY), rays)
+    assert np.array_equal(recursion.slots, out.slots)
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+def test_mirror_box_with_glass_at_depth_15(name):
+    """It ends, and with least weight zero every path that stays in the box reaches the last depth."""
+    image = build_image(box_with_ball(kr=0.9), box_view(12, 8, lights=4, max_depth=15, min_weight=0.002))
+    out = RENDERERS[name][0](image)
+    assert out.by_depth[frame.REFLECT, 15] > 0 and out.by_depth[frame.SHADOW, 15] > 0
+    assert np.isfinite(out.rgb).all() and out.log["depth"].max() == 15
+    shallow = RENDERERS[name][0](build_image(image.geometry, replace(image.view, max_depth=4)))
+    assert shallow.log["depth"].max() == 4
+    assert np.array_equal(shallow.by_depth[:, :4], out.by_depth[:, :4])
+
+
 @pytest.fixture(scope="module")
 def blob():
     """Random triangles seen from outside: many edges, several materials' worth of shadows."""
@@ -194,62 +491,90 @@ def test_holes_are_counted(floor):
 
 
 def as_simulated(out):
-    """What a perfect simulation of a frame would return."""
+    """What a perfect simulation of a frame would return: pixels interleaved, each with its rays in order."""
     want = check.expected_hits(out)
-    hits = np.zeros(len(want["x"]), sim.HIT_DTYPE)
-    for name, values in want.items():
-        hits[name] = values
-    order = np.random.default_rng(1).permutation(len(hits))  # rays finish in any order
+    pixel = want["y"].astype(int) * out.tri.shape[1] + want["x"]
+    assert (np.diff(pixel) >= 0).all()
+    hits = np.empty_like(want)
+    hits[np.argsort(np.random.default_rng(1).permutation(pixel), kind="stable")] = want
     counters = dict(zip(check.SLOT_COUNTERS, map(int, out.slots)))
     counters |= {counter: out.rays[kind] for kind, counter in check.RAY_COUNTERS.items()}
-    return SimpleNamespace(frame=out.pixels.copy(), hits=hits[order], stats={"counters": counters})
+    return SimpleNamespace(frame=out.pixels.copy(), hits=hits, stats={"counters": counters})
 
 
-def test_perfect_simulation_passes(roof):
-    out = frame.render_fp24(roof)
-    exact = check.compare_rtl(as_simulated(out), out)
-    assert exact.same and exact.rays == out.rays["primary"] + out.rays["shadow"] and not exact.examples
+@pytest.fixture(scope="module")
+def glazed():
+    """The reference of a picture with rays of every kind, and the same as a perfect simulation gives it."""
+    scene = box_with_ball()
+    out = frame.render_fp24(build_image(scene, box_view(24, 16, max_depth=4)))
+    assert (out.by_depth.sum(axis=1) > 0).all()
+    return out
 
 
-def first(hits, any_hit, hit):
-    return np.flatnonzero((hits["any_hit"] == any_hit) & (hits["hit"] == hit))[0]
+def test_perfect_simulation_passes(glazed):
+    exact = check.compare_rtl(as_simulated(glazed), glazed)
+    assert exact.same and exact.rays == glazed.by_depth.sum() == len(glazed.log) and not exact.examples
 
 
-@pytest.mark.parametrize("any_hit", [0, 1])
-@pytest.mark.parametrize("name", ["tri", "t", "beta", "gamma"])
-def test_one_wrong_hit_is_seen(roof, any_hit, name):
-    out = frame.render_fp24(roof)
-    result = as_simulated(out)
-    result.hits[name][first(result.hits, any_hit, 1)] ^= 1
-    exact = check.compare_rtl(result, out)
-    assert (exact.pixels, exact.hits, exact.counters) == (0, 1, {}) and len(exact.examples) == 1
+def first(hits, kind, hit):
+    return np.flatnonzero((hits["kind"] == kind) & (hits["hit"] == hit))[0]
 
 
-def test_distance_of_a_miss_means_nothing(roof):
-    out = frame.render_fp24(roof)
-    result = as_simulated(out)
-    result.hits["t"][first(result.hits, 0, 0)] ^= 1
-    assert check.compare_rtl(result, out).same
-    result.hits["hit"][first(result.hits, 1, 0)] = 1
-    assert check.compare_rtl(result, out).hits == 1
+@pytest.mark.parametrize("kind", range(4), ids=frame.KINDS)
+@pytest.mark.parametrize("name", ["tri", "t", "beta", "gamma", "kind", "depth", "hit"])
+def test_one_wrong_hit_is_seen(glazed, kind, name):
+    result = as_simulated(glazed)
+    result.hits[name][first(result.hits, kind, 1)] ^= 1
+    exact = check.compare_rtl(result, glazed)
+    assert (exact.pixels, exact.hits, exact.counters) == (0, 1, {})
+    assert len(exact.examples) == 1 and f"another {name}" in exact.examples[0]
 
 
-def test_lost_doubled_and_unknown_rays_are_seen(roof):
-    out = frame.render_fp24(roof)
-    result = as_simulated(out)
+def test_light_of_a_shadow_ray_is_compared(glazed):
+    result = as_simulated(glazed)
+    result.hits["light"][first(result.hits, frame.SHADOW, 0)] ^= 1
+    result.hits["light"][first(result.hits, frame.PRIMARY, 1)] ^= 1  # means nothing
+    assert check.compare_rtl(result, glazed).hits == 1
+
+
+def test_hit_of_what_hit_nothing_means_nothing(glazed):
+    for kind in range(4):
+        result = as_simulated(glazed)
+        missed = first(result.hits, kind, 0)
+        result.hits["t"][missed] ^= 1
+        assert check.compare_rtl(result, glazed).same
+        result.hits["tri"][missed] ^= 1
+        assert check.compare_rtl(result, glazed).hits == (kind != frame.SHADOW)
+        result.hits["hit"][missed] = 1
+        assert check.compare_rtl(result, glazed).hits == 1
+
+
+def test_rays_of_a_pixel_in_another_order_are_seen(glazed):
+    result = as_simulated(glazed)
+    hits = result.hits
+    one = first(hits, frame.REFLECT, 1)
+    same = np.flatnonzero((hits["x"] == hits["x"][one]) & (hits["y"] == hits["y"][one]))
+    hits[same[:2]] = hits[same[1::-1]]
+    assert check.compare_rtl(result, glazed).hits == 2
+
+
+def test_lost_doubled_and_unknown_rays_are_seen(glazed):
+    result = as_simulated(glazed)
     whole = result.hits
-    result.hits = whole[1:]
-    assert check.compare_rtl(result, out).hits == 1
-    result.hits = np.concatenate((whole, whole[:1]))
-    assert check.compare_rtl(result, out).hits == 1
+    pixel = whole["y"].astype(int) * 24 + whole["x"]
+    last = np.flatnonzero(pixel == pixel[first(whole, frame.TRANSMIT, 1)])[-1]
+    result.hits = np.delete(whole, last)
+    exact = check.compare_rtl(result, glazed)
+    assert exact.hits == 1 and len(exact.examples) == 1
+    result.hits = np.insert(whole, last + 1, whole[last])
+    assert check.compare_rtl(result, glazed).hits == 1
+    result.hits = whole[:0]
+    assert check.compare_rtl(result, glazed).hits == len(whole)
     stray = whole[:1].copy()
-    stray["x"] = WIDTH
+    stray["x"] = 24
     result.hits = np.concatenate((whole, stray))
-    assert check.compare_rtl(result, out).hits == 1
-    stray = whole[first(whole, 1, 1) :][:1].copy()
-    stray["light"] = 1
-    result.hits = np.concatenate((whole, stray))
-    assert check.compare_rtl(result, out).hits == 1
+    exact = check.compare_rtl(result, glazed)
+    assert exact.hits == 1 and len(exact.examples) == 1
 
 
 def test_wrong_pixels_and_counters_are_seen(roof):

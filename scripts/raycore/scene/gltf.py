@@ -1,0 +1,452 @@
+# SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
+"""glTF and GLB: meshes in trimesh's order; materials, textures, cameras and lights from the file's own JSON.
+
+trimesh is given the file without pictures and with materials named after their numbers, so that nothing it drops is lost;
+texture coordinates and colours reach us as attributes of the vertices. docs/scenes.md says how materials are mapped.
+"""
+
+import base64
+import copy
+import io
+import json
+import math
+import re
+import struct
+import urllib.parse
+from dataclasses import replace
+
+import numpy as np
+
+from raycore.errors import SceneError
+from raycore.scene.data import Camera, Light, Material, make_material
+from raycore.scene.materials import (
+    mean_channels,
+    mean_colour,
+    read_picture,
+    settle_alpha,
+    texture_of,
+    times,
+    tinted_materials,
+)
+from raycore.scene.mesh import Loaded, Part, corner_uv, default_material, meshes, place, read_trimesh
+
+MAGIC, JSON_CHUNK = 0x46546C67, 0x4E4F534A
+WRAPS = {10497: "repeat", 33648: "mirror", 33071: "clamp"}
+NEAREST = (9728, 9984, 9986)
+UV, COLOUR = "_RAYCORE_UV", "_RAYCORE_COLOUR"
+MAX_LIGHTS = 16
+UNREADABLE = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")  # geometry that only these can unpack
+# Extensions whose meaning is used, or which change nothing in a picture of ours.
+USED = {
+    *("KHR_materials_transmission", "KHR_materials_ior", "KHR_materials_emissive_strength", "KHR_materials_unlit"),
+    *("KHR_materials_volume", "KHR_materials_pbrSpecularGlossiness", "KHR_lights_punctual", "KHR_texture_transform"),
+    *("EXT_texture_webp", "KHR_mesh_quantization", "KHR_xmp", "KHR_xmp_json_ld"),
+}
+
+F0 = 0.04  # reflectance of what is no metal and says nothing
+SMOOTH = 0.25  # up to this roughness a metal's reflection grows towards grazing angles
+POLISHED = 0.1  # up to this roughness what is no metal reflects
+LEAST_MIRROR = 1.0 / 64.0  # reflectance below this is left to the highlight
+ROUGH_METAL = 0.6  # share of a rough metal's colour that counts as diffuse
+
+
+# ---- the file --------------------------------------------------------------------------------------------------------
+
+
+def read_document(path):
+    """A glTF or GLB file: (its JSON, [(type, bytes) of further chunks])."""
+    data = path.read_bytes()
+    if path.suffix.lower() == ".gltf":
+        return json.loads(data.decode("utf-8")), []
+    magic, version, _ = struct.unpack_from("<III", data)
+    if magic != MAGIC or version != 2:
+        raise ValueError("no GLB of version 2")
+    chunks, at = [], 12
+    while at + 8 <= len(data):
+        size, kind = struct.unpack_from("<II", data, at)
+        if at + 8 + size > len(data):
+            raise ValueError("its end is missing")
+        chunks.append((kind, data[at + 8 : at + 8 + size]))
+        at += 8 + size
+    if not chunks or chunks[0][0] != JSON_CHUNK:
+        raise ValueError("no JSON at its beginning")
+    return json.loads(chunks[0][1].decode("utf-8")), chunks[1:]
+
+
+class Document:
+    """A glTF file and what hangs on it: pictures, by number, read once."""
+
+    def __init__(self, path, notes):
+        self.path, self.notes = path, notes
+        self.json, self.chunks = read_document(path)
+        self._pictures, self._textures = {}, {}
+
+    def _uri(self, uri):
+        if uri.startswith("data:"):
+            head, _, body = uri.partition(",")
+            return base64.b64decode(body) if head.endswith(";base64") else urllib.parse.unquote_to_bytes(body)
+        return (self.path.parent / urllib.parse.unquote(uri)).read_bytes()
+
+    def _buffer(self, number):
+        buffer = self.json["buffers"][number]
+        return self._uri(buffer["uri"]) if "uri" in buffer else self.chunks[0][1]
+
+    def picture(self, number):
+        """A picture, (H, W, 4) uint8, or None if it cannot be read."""
+        if number not in self._pictures:
+            image = self.json["images"][number]
+            try:
+                if "bufferView" in image:
+                    view = self.json["bufferViews"][image["bufferView"]]
+                    at = view.get("byteOffset", 0)
+                    data = self._buffer(view["buffer"])[at : at + view["byteLength"]]
+                else:
+                    data = self._uri(image["uri"])
+                self._pictures[number] = read_picture(data)
+            except (OSError, ValueError, KeyError, IndexError, SyntaxError):
+                what = image.get("name") or image.get("uri", "")[:60] or f"image {number}"
+                self.notes.add("pictures that cannot be read, so that only factors are used", what)
+                self._pictures[number] = None
+        return self._pictures[number]
+
+    def texture(self, info):
+        """The `Texture` of a textureInfo, or None."""
+        if info is None:
+            return None
+        texture = self.json["textures"][info["index"]]
+        source = texture.get("extensions", {}).get("EXT_texture_webp", {}).get("source", texture.get("source"))
+        if source is None:
+            self.notes.add("textures in formats that cannot be read", f"texture {info['index']}")
+            return None
+        sampler = self.json["samplers"][texture["sampler"]] if "sampler" in texture else {}
+        wrap = tuple(WRAPS[sampler.get(axis, 10497)] for axis in ("wrapS", "wrapT"))
+        image = self.picture(source)
+        if image is None:
+            return None
+        if sampler.get("magFilter") == NEAREST[0]:
+            self.notes.add("textures without a filter are filtered here", f"texture {info['index']}")
+        if (source, wrap) not in self._textures:
+            name = self.json["images"][source].get("name") or f"image {source}"
+            self._textures[source, wrap] = texture_of(image, wrap, name)
+        return self._textures[source, wrap]
+
+
+# ---- materials -------------------------------------------------------------------------------------------------------
+
+
+def phong_exponent(rough):
+    """Exponent of Phong's R.V whose highlight is as wide as that of GGX with alpha = roughness^2.
+
+    Blinn's N.H takes 2 / alpha^2 - 2 (Walter et al. 2007), and R.V a quarter of it, since R turns twice as fast as H.
+    """
+    return min(max((2.0 / max(rough, 1e-3) ** 4 - 2.0) / 4.0, 1.0), 1024.0)
+
+
+def highlight(f0, exponent):
+    """Specular colour for the normal reflectance f0: energy-conserving (n + 2) / 2, but no channel above 1."""
+    f0 = np.asarray(f0, dtype=np.float64)
+    return tuple(map(float, f0 * min((exponent + 2.0) / 2.0, 1.0 / max(f0.max(), 1e-6))))
+
+
+def convert(document, number):
+    """A material of the file: (`Material`, matrix (2, 3) for its coordinates, number of its set of coordinates)."""
+    source = document.json["materials"][number]
+    name = str(source.get("name") or f"material {number}")
+    extras = source.get("extras")
+    raw = extras.get("bart_fm") if isinstance(extras, dict) else None
+    surface = _surface(document, source, name)
+    if isinstance(raw, list) and len(raw) == 12:
+        material = bart_material(name, raw, surface["texture"])
+    else:
+        material = _phong(document, source, name, surface)
+    info = surface["info"] or {}
+    moved = info.get("extensions", {}).get("KHR_texture_transform", {})
+    return material, uv_matrix(moved), moved.get("texCoord", info.get("texCoord", 0))
+
+
+def _surface(document, source, name):
+    """Base colour, texture, metallic, rough, f0 of a material, whichever way it says so."""
+    notes, extensions = document.notes, source.get("extensions", {})
+    old = extensions.get("KHR_materials_pbrSpecularGlossiness")
+    if old is not None:
+        info, factor = old.get("diffuseTexture"), old.get("diffuseFactor", [1, 1, 1, 1])
+        metallic, rough, f0 = 0.0, 1.0 - old.get("glossinessFactor", 1.0), old.get("specularFactor", [1, 1, 1])
+        other = document.texture(old.get("specularGlossinessTexture"))
+        if other is not None:
+            notes.add("specular-glossiness maps become their mean", name)
+            rough = 1.0 - (1.0 - rough) * float(mean_channels(other.image)[3])
+            f0 = times(f0, mean_colour(other.image))
+    else:
+        pbr = source.get("pbrMetallicRoughness", {})
+        info, factor = pbr.get("baseColorTexture"), pbr.get("baseColorFactor", [1, 1, 1, 1])
+        metallic, rough, f0 = pbr.get("metallicFactor", 1.0), pbr.get("roughnessFactor", 1.0), None
+        other = document.texture(pbr.get("metallicRoughnessTexture"))
+        if other is not None:
+            notes.add("metallic-roughness maps become their mean", name)
+            mean = mean_channels(other.image)
+            rough, metallic = rough * float(mean[1]), metallic * float(mean[2])
+    return {
+        "info": info,
+        "texture": document.texture(info),
+        "base": tuple(map(float, factor[:3])),
+        "alpha": float(factor[3]),
+        "metallic": min(max(float(metallic), 0.0), 1.0),
+        "rough": min(max(float(rough), 0.0), 1.0),
+        "f0": f0,
+    }
+
+
+def _phong(document, source, name, surface):
+    notes, extensions = document.notes, source.get("extensions", {})
+    texture, base, metallic, rough = (surface[k] for k in ("texture", "base", "metallic", "rough"))
+    for key in ("normalTexture", "occlusionTexture"):
+        if key in source:
+            notes.add(f"{key.removesuffix('Texture')} maps are not used", name)
+    for extension in extensions:
+        if extension.startswith(("KHR_materials_", "EXT_")) and extension not in USED:
+            notes.add(f"{extension} is not used", name)
+    if "KHR_materials_unlit" in extensions:
+        material = Material(name, base, (0.0, 0.0, 0.0), texture=texture)
+        return _with_alpha(notes, material, source, surface)
+
+    emission = np.asarray(source.get("emissiveFactor", (0.0, 0.0, 0.0)), dtype=np.float64)
+    emission = emission * extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
+    glow = document.texture(source.get("emissiveTexture"))
+    if glow is not None and emission.any():
+        notes.add("emissive maps become their mean", name)
+        emission = emission * mean_colour(glow.image)
+
+    glass = extensions.get("KHR_materials_transmission", {})
+    share = float(glass.get("transmissionFactor", 0.0)) * (1.0 - metallic)
+    mask = document.texture(glass.get("transmissionTexture"))
+    if mask is not None and share:
+        notes.add("transmission maps become their mean", name)
+        share *= float(mean_channels(mask.image)[0])
+    ior = float(extensions.get("KHR_materials_ior", {}).get("ior", 1.5)) or 1.5
+    f0 = ((ior - 1.0) / (ior + 1.0)) ** 2 if surface["f0"] is None else np.asarray(surface["f0"], dtype=np.float64)
+    colour = np.asarray(base) * (mean_colour(texture.image) if texture is not None else 1.0)
+    f0 = np.broadcast_to((1.0 - metallic) * f0 + metallic * colour, 3)
+
+    exponent = phong_exponent(rough)
+    mirror = (1.0 - rough) ** 2  # share of what a surface reflects that is not scattered
+    diffuse = (1.0 - metallic) * (1.0 - share) + ROUGH_METAL * metallic * (1.0 - mirror)
+    optics = {}
+    if share > 0.0:
+        if rough > SMOOTH:
+            notes.add("rough glass refracts without blur", name)
+        volume = extensions.get("KHR_materials_volume", {})
+        thick = float(volume.get("thicknessFactor", 0.0)) > 0.0
+        colour = times(base, share, _absorbed(notes, volume, name) if thick else 1.0)
+        reflect = tuple(map(float, f0))
+        # Without a volume glass is a thin sheet: it reflects, and what passes goes straight on.
+        optics = {"transmit": colour, "ior": ior if thick else 1.0, "reflect": reflect, "fresnel": True}
+    elif metallic * mirror >= LEAST_MIRROR:
+        tint = texture is not None and metallic > 0.5
+        of_metal = np.asarray(base) if tint else f0
+        optics = {"reflect": times(of_metal, metallic * mirror), "fresnel": rough <= SMOOTH, "tint_reflection": tint}
+    elif rough <= POLISHED and f0.max() >= LEAST_MIRROR:
+        optics = {"reflect": tuple(map(float, f0)), "fresnel": True}
+    material = make_material(
+        *(name, times(base, diffuse), highlight(f0, exponent), exponent, emission), texture=texture, **optics
+    )
+    return _with_alpha(notes, material, source, surface)
+
+
+def _absorbed(notes, volume, name):
+    """Transmittance of one of the two surfaces that a ray crosses, for a volume of the thickness stated."""
+    distance = volume.get("attenuationDistance")
+    if distance is None or not float(distance) > 0.0:
+        return 1.0
+    notes.add("absorption in a volume is applied where a ray crosses its surface", name)
+    colour = np.asarray(volume.get("attenuationColor", (1.0, 1.0, 1.0)), dtype=np.float64)
+    return np.maximum(colour, 1e-6) ** (0.5 * min(float(volume["thicknessFactor"]) / float(distance), 8.0))
+
+
+def _with_alpha(notes, material, source, surface):
+    """The material with the alpha that the file gives it; what is opaque all over becomes so."""
+    mode = str(source.get("alphaMode", "OPAQUE")).lower()
+    if mode == "opaque":
+        return material
+    cutoff = min(max(float(source.get("alphaCutoff", 0.5)), 0.0), 1.0)
+    alpha = min(max(surface["alpha"], 0.0), 1.0)
+    settled = settle_alpha(replace(material, alpha=alpha, alpha_mode=mode, alpha_cutoff=cutoff))
+    if settled.alpha_mode != "opaque" and any(material.transmit):
+        notes.add(f"alpha mode {mode} of glass is not used", material.name)
+        return material
+    return settled
+
+
+def bart_material(name, raw, texture):
+    """A material of the BART scenes (Lext et al. 2001): the `fm` of their extended NFF, used as it is.
+
+    Twelve numbers: ambient, diffuse and specular colour, shininess, transmittance T, refractive index. As in NFF, the
+    specular colour is also the weight of the reflected ray, and T that of the refracted one.
+    """
+    numbers = [float(x) for x in raw]
+    ambient, diffuse, specular = tuple(numbers[0:3]), tuple(numbers[3:6]), tuple(numbers[6:9])
+    shine, transmittance, ior = numbers[9:]
+    glass = {"transmit": (transmittance,) * 3, "ior": ior or 1.0} if transmittance > 0.0 else {}
+    shine = min(max(shine, 0.0), 1024.0)
+    return Material(name, ambient, diffuse, specular, shine, reflect=specular, texture=texture, **glass)
+
+
+def uv_matrix(moved):
+    """Matrix (2, 3) of a KHR_texture_transform."""
+    (ox, oy), (sx, sy) = moved.get("offset", (0.0, 0.0)), moved.get("scale", (1.0, 1.0))
+    c, s = math.cos(moved.get("rotation", 0.0)), math.sin(moved.get("rotation", 0.0))
+    return np.array([[c * sx, s * sy, ox], [-s * sx, c * sy, oy]])
+
+
+# ---- meshes ----------------------------------------------------------------------------------------------------------
+
+
+def load(path, notes):
+    """A glTF or GLB file as `Loaded`. Raises: SceneError for what it needs and we lack; anything for broken files."""
+    document = Document(path, notes)
+    header = document.json
+    _check_extensions(header, path, notes)
+    materials = [convert(document, i) for i in range(len(header.get("materials", [])))]
+    parts = []
+    for mesh, transform in meshes(_read(document, [uv_set for *_, uv_set in materials])):
+        triangles, normals, faces = place(mesh, transform)
+        name = str(getattr(getattr(mesh.visual, "material", None), "name", None) or "")
+        known = re.fullmatch(r"\d+", name) is not None
+        material, matrix, _ = materials[int(name)] if known else (default_material(), None, 0)
+        part = Part(triangles, normals, [material], np.zeros(len(triangles), np.int32))
+        attributes = mesh.vertex_attributes
+        if UV in attributes:  # kept even without a texture: a scene file may add one
+            uv = corner_uv(_normalised(attributes[UV]), faces)
+            part.uv = uv @ matrix[:, :2].T + matrix[:, 2]
+        if COLOUR in attributes and len(triangles):
+            colours = _normalised(attributes[COLOUR])[:, :3][faces].mean(axis=1)
+            part.materials, part.index = tinted_materials(material, colours)
+        parts.append(part)
+    camera, lights = views(header, notes)
+    return Loaded(parts, camera, lights)
+
+
+def _check_extensions(header, path, notes):
+    needed = set(header.get("extensionsRequired", []))
+    for name in UNREADABLE:
+        if name in needed:
+            raise SceneError(f"{path}: its meshes are packed by {name}, which cannot be read; unpack them first")
+    for name in sorted(needed | set(header.get("extensionsUsed", []))):
+        if name not in USED and not name.startswith("KHR_materials_"):
+            notes.add("extensions that are not used", name)
+    if header.get("animations") or header.get("skins"):
+        notes.add("animations and skins are not used: the meshes stand as they are stored")
+
+
+def _normalised(values):
+    """Numbers of a vertex attribute: integers stand for [0, 1] or [-1, 1]."""
+    values = np.asarray(values)
+    if values.dtype.kind in "ui":
+        return values.astype(np.float64) / np.iinfo(values.dtype).max
+    return values.astype(np.float64)
+
+
+def _read(document, uv_sets):
+    """The meshes as trimesh reads them, from a file without what it should leave alone."""
+    header = copy.deepcopy(document.json)
+    for key in ("images", "textures", "samplers", "animations", "skins"):
+        header.pop(key, None)
+    if "materials" in header:
+        header["materials"] = [{"name": str(i)} for i in range(len(header["materials"]))]
+    for mesh in header.get("meshes", []):
+        for primitive in mesh.get("primitives", []):
+            _prepare(document.notes, primitive, uv_sets, str(mesh.get("name") or "mesh"))
+    text = json.dumps(header).encode()
+    options = {"resolver": _resolver(document.path)}
+    if document.path.suffix.lower() == ".gltf":
+        return read_trimesh(io.BytesIO(text), file_type="gltf", **options)
+    text += b" " * (-len(text) % 4)
+    chunks = b"".join(struct.pack("<II", len(body), kind) + body for kind, body in ((JSON_CHUNK, text), *document.chunks))
+    return read_trimesh(io.BytesIO(struct.pack("<III", MAGIC, 2, 12 + len(chunks)) + chunks), file_type="glb", **options)
+
+
+def _prepare(notes, primitive, uv_sets, name):
+    """Rename the attributes of a primitive that we want as they are, and leave out the others."""
+    if primitive.get("mode", 4) not in (4, 5):
+        notes.add("points, lines and fans are not drawn", name)
+    if primitive.get("targets"):
+        notes.add("morph targets are not used", name)
+    attributes = primitive["attributes"]
+    wanted = f"TEXCOORD_{uv_sets[primitive['material']] if 'material' in primitive else 0}"
+    kept = {UV: attributes.get(wanted), COLOUR: attributes.get("COLOR_0")}
+    for key in [k for k in attributes if k.startswith(("TEXCOORD_", "COLOR_", "JOINTS_", "WEIGHTS_", "TANGENT"))]:
+        del attributes[key]
+    attributes.update({k: v for k, v in kept.items() if v is not None})
+
+
+def _resolver(path):
+    import trimesh
+
+    return trimesh.resolvers.FilePathResolver(str(path))
+
+
+# ---- cameras and lights ----------------------------------------------------------------------------------------------
+
+
+def _node_matrix(node):
+    if "matrix" in node:
+        return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
+    out = np.eye(4)
+    x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
+    out[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    out[:3, :3] *= np.array(node.get("scale", (1.0, 1.0, 1.0)))
+    out[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    return out
+
+
+def views(header, notes):
+    """First perspective camera, and lights of KHR_lights_punctual, of a glTF file: (Camera or None, [Light])."""
+    nodes = header.get("nodes", [])
+    defined = header.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", [])
+    scenes = header.get("scenes") or [{"nodes": range(len(nodes))}]
+    camera, found = None, []
+    todo = [(i, np.eye(4), 0) for i in reversed(list(scenes[header.get("scene", 0)].get("nodes", [])))]
+    while todo:
+        index, above, depth = todo.pop()
+        if depth > 64 or not 0 <= index < len(nodes):
+            continue
+        node = nodes[index]
+        matrix = above @ _node_matrix(node)
+        todo += [(i, matrix, depth + 1) for i in reversed(node.get("children", []))]
+        position, forward, up = matrix[:3, 3], -matrix[:3, 2], matrix[:3, 1]
+        if "camera" in node and camera is None:
+            lens = header["cameras"][node["camera"]].get("perspective")
+            if lens:
+                fov = math.degrees(lens["yfov"])
+                camera = Camera(*(tuple(map(float, v)) for v in (position, position + forward, up)), fov)
+        number = node.get("extensions", {}).get("KHR_lights_punctual", {}).get("light")
+        if number is not None:
+            found.append((defined[number], position, forward))
+    return camera, _lights(found, notes)
+
+
+def _lights(found, notes):
+    """Lights from (definition, position, direction of its rays)."""
+    if not found:
+        return []
+    # Intensities are photometric and scenes differ by orders of magnitude: only colours and their ratio are kept.
+    notes.add("intensities of lights are kept as ratios, without their decay over distance")
+    if len(found) > MAX_LIGHTS:
+        notes.add(f"{len(found)} lights, {MAX_LIGHTS} fit: the others are left out")
+    power = max(float(light.get("intensity", 1.0)) for light, _, _ in found) or 1.0
+    out = []
+    for light, position, forward in found[:MAX_LIGHTS]:
+        weight = float(light.get("intensity", 1.0)) / power
+        colour = tuple(float(c) * weight for c in light.get("color", (1.0, 1.0, 1.0)))
+        if light.get("type") == "directional":
+            out.append(Light(tuple(map(float, -forward / np.linalg.norm(forward))), colour, directional=True))
+            continue
+        if light.get("type") == "spot":
+            notes.add("spots shine into all directions", light.get("name"))
+        out.append(Light(tuple(map(float, position)), colour))
+    return out
+
+

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 // Light unit (paper Sec. 3.6; culling, Sec. 3.3): what one light does to one hit point, by Phong's model, and the shadow ray
-// towards it. One job in five cycles, component-serial (rc_shade_pkg); formulas in docs/seams.md, schedule in docs/shade.md.
+// towards it. One job in five cycles, component-serial (rc_shade_pkg); formulas in docs/whitted.md, schedule in docs/shade.md.
 //   T_CTX   context arrives                      T_L     l = light - P
 //   T_DD    l . l       T_D   |l|                T_INV   1 / |l|         T_DIR  L = l / |l|
 //   T_GL    g . L       T_ML  m . L              T_DL    d . L, all with T_DD and T_AT on one 3-input adder
@@ -11,14 +11,14 @@ module rc_light import rc_pkg::*; import rc_shade_pkg::*; (
   input  logic             clk_i,
   input  logic             rst_ni,
   input  logic             shadows_i,
-  input  logic             ld_light_valid_i,     // before a frame
-  input  logic             ld_mat_valid_i,
+  input  logic             ld_valid_i,           // before a frame
+  input  ld_kind_e         ld_kind_i,
   input  mat_id_t          ld_idx_i,
   input  line_t            ld_line_i,
   input  logic             job_valid_i,
   output logic             job_ready_o,
   input  job_t             job_i,
-  output logic             ctx_re_o,             // context RAM: answers a cycle later
+  output logic             ctx_re_o,             // context RAM, in the four cycles after a job: answers a cycle later
   output ctx_addr_t        ctx_addr_o,
   input  logic [CTX_W-1:0] ctx_word_i,
   output logic             k_valid_o,            // the light's colour, for every job
@@ -33,6 +33,7 @@ module rc_light import rc_pkg::*; import rc_shade_pkg::*; (
 );
   localparam int unsigned B = LIGHT_BEATS;
   localparam int unsigned T_CTX    = 1;
+  localparam int unsigned T_CTX_S  = T_CTX + 3;                                         // scalars of the context
   localparam int unsigned T_L      = T_CTX + LAT_ADD;
   localparam int unsigned T_DD_IN  = T_L + LAT_MUL + 2;
   localparam int unsigned T_DD     = T_DD_IN + LAT_ADD3;
@@ -62,6 +63,7 @@ module rc_light import rc_pkg::*; import rc_shade_pkg::*; (
   localparam int unsigned T_RV_IN  = next_beat(later(T_RM, T_DL) + 1, T_CTX + 3, B);
   localparam int unsigned T_RV     = T_RV_IN + LAT_ADD;
   localparam int unsigned T_PHONG  = T_RV - PHONG_RV;                                   // time 0 of rc_phong
+  localparam int unsigned T_TEX    = T_PHONG + PHONG_DS;
   localparam int unsigned T_K      = T_PHONG + PHONG_K;
   localparam int unsigned T_END    = T_K + 2;
   localparam int unsigned SLOTS    = T_END / B + 1;                                    // jobs in the pipeline
@@ -69,17 +71,19 @@ module rc_light import rc_pkg::*; import rc_shade_pkg::*; (
   typedef logic [$clog2(ROOM + 1)-1:0] room_t;
 
   // ---- time: beat_q[k] is set in the cycles T = k, k + B, ...; slot_q[k] is the job in its times k B to k B + B - 1 -------
-  // The scalars of the context arrive in the last cycle of slot 0.
-  typedef struct packed {job_t job; ctx_scalar_t ctx;} slot_t;
+  // The scalars of the context arrive in the last cycle of slot 0. What only the shadow ray needs waits in rc_light_end.
+  typedef struct packed {ray_id_t id; light_id_t light; mat_id_t mat;} slot_t;
   logic  [B-1:0]     beat_q;
   logic  [SLOTS-1:0] valid_q;
-  slot_t [SLOTS-1:0] slot_q;
+  job_t              job_q;                // of slot 0
+  slot_t [SLOTS-1:1] slot_q;
+  ctx_scalar_t       ctx_s;                // at time T_CTX_S
   room_t             room_q;               // jobs that may enter
-  logic              accept, freed, leave_sec, sec_pop;
+  logic              accept, sec_pop;
+  assign ctx_s       = ctx_word_i;
   assign job_ready_o = beat_q[B-1] && room_q != '0;
   assign accept      = job_valid_i && job_ready_o;
   assign sec_pop     = sec_valid_o && sec_ready_i;
-  assign freed       = k_valid_o && !leave_sec;
   always_ff @(posedge clk_i) begin
     if (!rst_ni) begin
       beat_q  <= B'(1);
@@ -88,31 +92,33 @@ module rc_light import rc_pkg::*; import rc_shade_pkg::*; (
     end else begin
       beat_q <= {beat_q[B-2:0], beat_q[B-1]};
       if (beat_q[B-1]) valid_q <= {valid_q[SLOTS-2:0], accept};
-      room_q <= room_q - room_t'(accept) + room_t'(freed) + room_t'(sec_pop);
+      room_q <= room_q - room_t'(accept) + room_t'(upd_valid_o) + room_t'(sec_pop);
     end
     if (beat_q[B-1]) begin
-      slot_q        <= {slot_q[SLOTS-2:0], slot_q[0]};
-      slot_q[0].job <= job_i;
-      slot_q[1].ctx <= ctx_word_i;
+      job_q  <= job_i;
+      slot_q <= {slot_q[SLOTS-2:1], {job_q.id, job_q.light, ctx_s.mat}};
     end
   end
 
   // ---- lights, in pieces that are read when they are due; beats pass while they are loaded, too -----------------------
   typedef struct packed {logic directional; vec3_t pos;} place_t;
   typedef struct packed {fp_t q; fp_t l; fp_t c;} atten_t;
+  logic   ld_light_valid, ld_mat_valid;
   light_t ld_light;
   place_t place;
   atten_t atten;
-  assign ld_light = ld_line_i;
+  assign ld_light_valid = ld_valid_i && ld_kind_i == LD_LIGHT;
+  assign ld_mat_valid   = ld_valid_i && ld_kind_i == LD_MATERIAL;
+  assign ld_light       = ld_line_i;
   rc_ram_1r1w #(.Width($bits(place_t)), .Depth(MAX_LIGHTS)) u_place (
-    .clk_i, .we_i(ld_light_valid_i), .waddr_i(light_id_t'(ld_idx_i)),
+    .clk_i, .we_i(ld_light_valid), .waddr_i(light_id_t'(ld_idx_i)),
     .wdata_i({ld_light.directional, ld_light.pos_z, ld_light.pos_y, ld_light.pos_x}),
-    .re_i(beat_q[(T_CTX - 1) % B] && !ld_light_valid_i), .raddr_i(slot_q[0].job.light), .rdata_o(place)
+    .re_i(beat_q[(T_CTX - 1) % B] && !ld_light_valid), .raddr_i(job_q.light), .rdata_o(place)
   );
   rc_ram_1r1w #(.Width($bits(atten_t)), .Depth(MAX_LIGHTS)) u_atten (
-    .clk_i, .we_i(ld_light_valid_i), .waddr_i(light_id_t'(ld_idx_i)),
+    .clk_i, .we_i(ld_light_valid), .waddr_i(light_id_t'(ld_idx_i)),
     .wdata_i({ld_light.att_q, ld_light.att_l, ld_light.att_c}),
-    .re_i(beat_q[(T_AREC - 1) % B] && !ld_light_valid_i), .raddr_i(slot_q[(T_AREC - 1) / B].job.light), .rdata_o(atten)
+    .re_i(beat_q[(T_AREC - 1) % B] && !ld_light_valid), .raddr_i(slot_q[(T_AREC - 1) / B].light), .rdata_o(atten)
   );
 
   // ---- vector to the light, its length ----------------------------------------------------------------------------------
@@ -120,7 +126,7 @@ module rc_light import rc_pkg::*; import rc_shade_pkg::*; (
   fp_t       pos, pos_l, to_add_a, to_add_b, to_add_y, to, rm_rv, dl_rv;
   logic      dir_l;
   assign ctx_re_o   = valid_q[0] && !beat_q[B-1];
-  assign ctx_addr_o = '{id: slot_q[0].job.id, word: {beat_q[2] || beat_q[3], beat_q[1] || beat_q[3]}};
+  assign ctx_addr_o = '{id: job_q.id, word: {beat_q[2] || beat_q[3], beat_q[1] || beat_q[3]}};
   assign ctx        = ctx_word_i;
   assign pos        = component(place.pos, beat_q[T_CTX % B], beat_q[(T_CTX + 1) % B]);
   assign to_add_a   = beat_q[T_RV_IN % B] ? dl_rv : pos;
@@ -184,13 +190,16 @@ module rc_light import rc_pkg::*; import rc_shade_pkg::*; (
   );
 
   // ---- direction to the light, and what it makes with normals and view -------------------------------------------------------
-  fp_t inv, to_dir, ml_rm, dir_a, dir_b, dir, g_dir, m_dir, d_dir, gl, ml, dl;
+  fp_t inv, to_dir, ml_rm, md_rm, dir_a, dir_b, dir, g_dir, m_dir, d_dir, gl, ml, dl;
   rc_hold #(.Beats(B), .From(T_INV), .To(T_DIR_IN), .Span(3)) u_inv (
     .clk_i, .now_i(beat_q[T_INV % B]), .in_i(quotient), .out_o(inv)
   );
   rc_carry #(.From(T_L), .To(T_DIR_IN)) u_to_dir (.clk_i, .in_i(to), .out_o(to_dir));
+  rc_hold #(.Beats(B), .From(T_CTX_S), .To(T_RM_IN)) u_md_rm (
+    .clk_i, .now_i(beat_q[T_CTX_S % B]), .in_i(ctx_s.md), .out_o(md_rm)
+  );
   assign dir_a = beat_q[T_RM_IN % B] ? fp_twice(ml_rm) : to_dir;
-  assign dir_b = beat_q[T_RM_IN % B] ? slot_q[T_RM_IN / B].ctx.md : inv;
+  assign dir_b = beat_q[T_RM_IN % B] ? md_rm : inv;
   rc_fp_mul #(.Latency(LAT_MUL)) u_mul_dir (.clk_i, .a_i(dir_a), .b_i(dir_b), .y_o(dir));
   rc_carry #(.From(T_CTX), .To(T_DIR)) u_g_dir (.clk_i, .in_i(ctx.g), .out_o(g_dir));
   rc_carry #(.From(T_CTX), .To(T_DIR)) u_m_dir (.clk_i, .in_i(ctx.m), .out_o(m_dir));
@@ -203,7 +212,8 @@ module rc_light import rc_pkg::*; import rc_shade_pkg::*; (
   rc_gather #(.From(T_DIR + LAT_MUL), .To(T_DL_IN)) u_dl_in (.clk_i, .in_i(dl), .vec_o(dl_in));
 
   // ---- R . V = d.L - 2 m.L m.d, with R the mirrored L, V = -d ---------------------------------------------------------------
-  fp_t ml_rv, k_axis;
+  fp_t   ml_rv, k_axis;
+  vec3_t tex, tex_phong;
   rc_hold #(.Beats(B), .From(T_ML), .To(T_RM_IN)) u_ml_rm (
     .clk_i, .now_i(beat_q[T_ML % B]), .in_i(sum), .out_o(ml_rm)
   );
@@ -220,55 +230,32 @@ module rc_light import rc_pkg::*; import rc_shade_pkg::*; (
   for (genvar k = 0; k < B; k++) begin : gen_phong_beat
     assign phong_beat[k] = beat_q[(T_PHONG + k) % B];
   end
+  rc_gather #(.From(T_CTX), .To(T_CTX_S)) u_tex (.clk_i, .in_i(ctx.tex), .vec_o(tex));
+  rc_keep #(.Width($bits(vec3_t)), .Beats(B), .From(T_CTX_S), .To(T_TEX)) u_tex_phong (
+    .clk_i, .rst_ni, .now_i(beat_q[T_CTX_S % B]), .next_i(beat_q[(T_TEX - 1) % B]), .in_i(tex), .out_o(tex_phong)
+  );
   rc_phong u_phong (
-    .clk_i, .beat_i(phong_beat), .ld_light_valid_i, .ld_mat_valid_i, .ld_idx_i, .ld_line_i,
-    .light_i(slot_q[T_PHONG / B].job.light), .mat_i(slot_q[T_PHONG / B].ctx.mat),
-    .rv_i(to_add_y), .ml_i(ml_rv), .att_i(att_phong), .k_o(k_axis)
+    .clk_i, .beat_i(phong_beat),
+    .ld_light_valid_i(ld_light_valid), .ld_mat_valid_i(ld_mat_valid), .ld_idx_i, .ld_line_i,
+    .light_i(slot_q[T_PHONG / B].light), .mat_i(slot_q[T_PHONG / B].mat),
+    .rv_i(to_add_y), .ml_i(ml_rv), .tex_i(tex_phong), .att_i(att_phong), .k_o(k_axis)
   );
 
-  // ---- the end: k to the context; then a shadow ray, or an update of the colour at once -----------------------------------
-  // Phong's k is kept although the shadow ray may yet be blocked: the ray index is all that the ray brings back.
-  logic  faces_g, faces_m, visible, directional;
-  fp_t   len_end;
-  slot_t slot_end;
-  sec_t  sec;
-  logic  sec_ready;
-  logic [$clog2(ROOM + 1)-1:0] unused_count;
-  rc_hold #(.Width(1), .Beats(B), .From(T_GL), .To(T_END)) u_faces_g (
-    .clk_i, .now_i(beat_q[T_GL % B]), .in_i(fp_is_positive(sum)), .out_o(faces_g)
-  );
-  rc_hold #(.Width(1), .Beats(B), .From(T_ML), .To(T_END)) u_faces_m (
-    .clk_i, .now_i(beat_q[T_ML % B]), .in_i(fp_is_positive(sum)), .out_o(faces_m)
-  );
-  rc_hold #(.Beats(B), .From(T_D), .To(T_END)) u_len_end (
-    .clk_i, .now_i(beat_q[T_D % B]), .in_i(len), .out_o(len_end)
-  );
-  rc_hold #(.Width(1), .Beats(B), .From(T_ATT), .To(T_END)) u_directional (
-    .clk_i, .now_i(beat_q[T_ATT % B]), .in_i(dir_att), .out_o(directional)
-  );
+  // ---- the end -------------------------------------------------------------------------------------------------------------
   rc_gather #(.From(T_K), .To(T_END)) u_k (.clk_i, .in_i(k_axis), .vec_o(k_o));
-  rc_gather #(.From(T_CTX), .To(T_END)) u_org (.clk_i, .in_i(ctx.p), .vec_o(sec.org));
-  rc_gather #(.From(T_DIR), .To(T_END)) u_sec_dir (.clk_i, .in_i(dir), .vec_o(sec.dir));
-  assign slot_end    = slot_q[SLOTS-1];
-  assign visible     = faces_g && faces_m;                       // paper Sec. 3.3: else the shadow ray is culled
-  assign k_valid_o   = valid_q[SLOTS-1] && beat_q[T_END % B];
-  assign k_job_o     = slot_end.job;
-  assign leave_sec   = visible && shadows_i;
-  assign upd_valid_o = k_valid_o && !leave_sec;
-  assign upd_add_o   = visible;
-  assign ev_culled_o = k_valid_o && !visible;
-  assign sec.id      = slot_end.job.id;
-  assign sec.light   = slot_end.job.light;
-  assign sec.skip    = slot_end.ctx.tri_idx;
-  assign sec.t_max   = directional ? FP_HUGE : len_end;
-  rc_fifo #(.data_t(sec_t), .Depth(ROOM)) u_sec (
-    .clk_i, .rst_ni,
-    .in_valid_i(k_valid_o && leave_sec), .in_ready_o(sec_ready), .in_data_i(sec),
-    .out_valid_o(sec_valid_o), .out_ready_i(sec_ready_i), .out_data_o(sec_o), .count_o(unused_count)
+  assign k_valid_o = valid_q[SLOTS-1] && beat_q[T_END % B];
+  rc_light_end #(
+    .TCtx(T_CTX), .TCtxS(T_CTX_S), .TD(T_D), .TDir(T_DIR), .TGl(T_GL), .TMl(T_ML), .TAtt(T_ATT), .TEnd(T_END),
+    .Room(ROOM)
+  ) u_end (
+    .clk_i, .rst_ni, .shadows_i, .beat_i(beat_q), .end_i(k_valid_o), .id_i(slot_q[SLOTS-1].id),
+    .light_i(slot_q[SLOTS-1].light), .t_min_i(job_q.t_min), .point_i(ctx.p), .scalar_i(ctx_s), .sum_i(sum), .len_i(len),
+    .dir_i(dir), .directional_i(dir_att), .k_job_o, .upd_valid_o, .upd_add_o, .sec_valid_o, .sec_ready_i, .sec_o,
+    .ev_culled_o
   );
 
   // Every shared unit is asked for one thing at a time.
-  if (T_CTX != 1) begin : gen_check_ctx
+  if (T_CTX_S != B - 1) begin : gen_check_ctx
     $error("rc_light: the scalars of the context must arrive in the last cycle of slot 0");
   end
   if (T_GL_IN % B != (T_DD_IN + 1) % B || T_ML_IN % B != (T_DD_IN + 2) % B || T_DL_IN % B != (T_DD_IN + 3) % B
@@ -277,14 +264,13 @@ module rc_light import rc_pkg::*; import rc_shade_pkg::*; (
       || T_RM_IN % B != (T_DIR_IN + 3) % B) begin : gen_check
     $error("rc_light: two operations in one beat of a unit");
   end
-  logic unused_ld;
-  assign unused_ld = ^ld_light;
+  logic unused;
+  assign unused = ^{ld_light, ctx.w, ctx_s};
 `ifndef SYNTHESIS
   always_ff @(posedge clk_i) begin
     if (rst_ni) begin
       OneBeat_A: assert ($onehot(beat_q));
       Room_A:    assert (room_q <= room_t'(ROOM));
-      SecRoom_A: assert (!(k_valid_o && leave_sec) || sec_ready);
     end
   end
 `endif

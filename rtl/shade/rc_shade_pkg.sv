@@ -19,8 +19,9 @@ package rc_shade_pkg;
   // Times of rc_phong, which rc_light feeds
   parameter int unsigned PHONG_IN  = 0;                                   // names of light and material
   parameter int unsigned PHONG_RV  = PHONG_IN + 1;                        // R . V and m . L
-  parameter int unsigned PHONG_SP  = PHONG_RV + LAT_POW;
-  parameter int unsigned PHONG_SUM = PHONG_SP + 1 + LAT_MUL + LAT_ADD;
+  parameter int unsigned PHONG_SP  = PHONG_RV + LAT_POW;                  // power
+  parameter int unsigned PHONG_DS  = PHONG_RV + 1 + ((LAT_POW > LAT_MUL) ? LAT_POW : LAT_MUL);   // texture's colour
+  parameter int unsigned PHONG_SUM = PHONG_DS + LAT_MUL + LAT_ADD;
   parameter int unsigned PHONG_ATT = PHONG_SUM + LAT_MUL - 1;             // attenuation
   parameter int unsigned PHONG_K   = PHONG_ATT + 1 + LAT_MUL;             // k
 

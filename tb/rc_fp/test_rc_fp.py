@@ -182,9 +182,11 @@ def test_power_special_values():
     negative = positive | 0x800000
     whole = np.array([int(v) for v in fp24.to_bits(np.arange(1.0, 63.0))], dtype=np.uint32)
     for name, a, b, want in (
-        ("a^0", any_b, tiny, ONE), ("1^b", [ONE], any_b, ONE), ("0^b", tiny, [*positive, INF], 0), ("inf^b", [INF], [*positive, INF], INF),
-        ("less^inf", less, [INF], 0), ("more^inf", more, [INF], INF), ("less^2^23", less, [0x560000], 0),
-        ("more^2^23", more, [0x560000], INF), ("nan^b", nans, [*any_b, *nans, *negative], NAN), ("a^nan", [*any_b, *negative], nans, NAN),
+        ("a^0", any_b, tiny, ONE), ("1^b", [ONE], any_b, ONE),
+        ("0^b", tiny, [*positive, INF], 0), ("inf^b", [INF], [*positive, INF], INF),
+        ("less^inf", less, [INF], 0), ("more^inf", more, [INF], INF),
+        ("less^2^23", less, [0x560000], 0), ("more^2^23", more, [0x560000], INF),
+        ("nan^b", nans, [*any_b, *nans, *negative], NAN), ("a^nan", [*any_b, *negative], nans, NAN),
         ("negative^b", [*negative, 0xFF0000], any_b, NAN), ("a^negative", any_b, [*negative, 0xFF0000], NAN),
         ("half^whole", [0x3E0000], whole, ONE - (np.arange(1, 63, dtype=np.uint32) << 16)),
         ("two^whole", [TWO], whole, ONE + (np.arange(1, 63, dtype=np.uint32) << 16)),

@@ -264,14 +264,14 @@ def random_weights(num: Numbers):
 
 LATENCIES = {
     "paper": {},
-    "one": dict(ADD=1, ADD3=1, MUL=1, DIV=1, SQRT=1),
-    "deep": dict(ADD=4, ADD3=5, MUL=3, CMP=2, DIV=9, SQRT=4, CONV=2),
-    "odd": dict(ADD=3, ADD3=3, MUL=2, DIV=5, SQRT=3),
-    "long": dict(ADD=2, ADD3=4, MUL=5, DIV=20, SQRT=6),
+    "one": dict(ADD=1, ADD3=1, MUL=1, DIV=1, SQRT=1, POW=1),
+    "deep": dict(ADD=4, ADD3=5, MUL=3, CMP=2, DIV=9, SQRT=4, POW=7, CONV=2),
+    "odd": dict(ADD=3, ADD3=3, MUL=2, DIV=5, SQRT=3, POW=3),
+    "long": dict(ADD=2, ADD3=4, MUL=5, DIV=20, SQRT=6, POW=2),
 }
 PRIM = [f"prim/rc_{n}.sv" for n in ("delay", "ram_1r1w", "skid", "fifo", "rr_arb")]
 UNITS = [f"fp/rc_fp_{n}.sv" for n in ("pipe", "norm", "round", "add", "add3", "cmp", "mul", "div", "sqrt", "pow")]
-PARTS = ["shade/rc_shade_pkg.sv", *[f"shade/rc_{n}.sv" for n in ("carry", "hold", "gather", "phong")]]
+PARTS = ["shade/rc_shade_pkg.sv", *[f"shade/rc_{n}.sv" for n in ("carry", "hold", "gather", "keep", "phong", "light_end")]]
 
 
 def some(count):

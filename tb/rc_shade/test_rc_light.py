@@ -16,6 +16,36 @@ from cocotb.triggers import RisingEdge
 
 from raycore.model import shade
 
+T_MIN, RAY_SHADOW = 0x310000, 1
+
+
+@dataclass
+class Job:
+    """What rc_light takes and finds in the context, as patterns."""
+
+    ray_id: int
+    light: int
+    mat: int
+    tri: int
+    axes: list                                       # P, g, m, d
+    md: int
+    tex: list = field(default_factory=lambda: [0x3F0000] * 3)
+    t_min: int = T_MIN
+    depth: int = 0
+    other: int = 0                                   # 121 bits that are not for the light unit
+
+    @property
+    def word(self):
+        return self.ray_id << 28 | self.light << 24 | self.t_min
+
+    def context(self, word):
+        """One of the four words of ctx_axis_t and ctx_scalar_t."""
+        if word < 3:
+            low = [v[word] for v in (*self.axes, self.tex)]
+            return sum(b << 24 * k for k, b in enumerate(low)) | (self.other >> 24 * word & 0xFFFFFF) << 120
+        return (self.md | self.mat << 24 | self.tri << 32 | (self.other >> 72 & (1 << 48) - 1) << 56 | self.depth << 104
+                | (self.other >> 120 & 1) << 108)
+
 
 def random_context(num):
     """([P, g, m, d], md) as patterns: a hit point that makes sense, or, when numbers are wild, anything."""
@@ -39,8 +69,8 @@ class Bench:
     cycle: int = 0
     lights: list = None
     mats: list = None
-    contexts: dict = field(default_factory=dict)     # address: word
-    ks: list = field(default_factory=list)           # (id, light, k, culled) expected, in order
+    contexts: dict = field(default_factory=dict)     # ray index: job
+    ks: list = field(default_factory=list)           # (job, k, culled) expected, in order
     secs: list = field(default_factory=list)
     taken_at: list = field(default_factory=list)
     culled: int = 0
@@ -51,7 +81,7 @@ class Bench:
         dut = self.dut
         Clock(dut.clk_i, 10, unit="ns").start()
         dut.rst_ni.value = dut.job_valid_i.value = dut.sec_ready_i.value = 0
-        dut.ld_light_valid_i.value = dut.ld_mat_valid_i.value = 0
+        dut.ld_valid_i.value = 0
         for _ in range(3):
             await RisingEdge(dut.clk_i)
         dut.rst_ni.value = 1
@@ -62,42 +92,46 @@ class Bench:
         assert not self.ks
         self.lights, self.mats, self.shadows = lights, mats, shadows
         dut.shadows_i.value = shadows
-        for records, valid in ((lights, dut.ld_light_valid_i), (mats, dut.ld_mat_valid_i)):
-            valid.value = 1
-            for i, record in enumerate(records):
-                dut.ld_idx_i.value, dut.ld_line_i.value = i, record.line
-                await RisingEdge(dut.clk_i)
-            valid.value = 0
+        records = [(sh.LD_LIGHT, i, light.line) for i, light in enumerate(lights)]
+        for i, mat in enumerate(mats):               # the optics, and a kind that does not exist, are not for this unit
+            records.append((sh.LD_MATERIAL, i, mat.line))
+            records += [(kind, i, self.rng.getrandbits(480)) for kind in (sh.LD_OPTICS, 3)]
+        await sh.load(dut, records)
 
-    def expect(self, ray_id, light, mat, tri, axes, md):
-        values = (*[sh.floats(v) for v in axes], sh.floats([md])[0])
-        args = values, self.lights[light].record, self.mats[mat].record
-        culled, direction, t_max, k = shade.FP24.light_job(*args)
-        self.ks.append((ray_id, light, sh.bits(k), culled))
+    def expect(self, job):
+        values = (*[sh.floats(v) for v in job.axes], sh.floats([job.md])[0])
+        tex, t_min = sh.floats(job.tex), sh.floats([job.t_min])[0]
+        args = values, self.lights[job.light].record, self.mats[job.mat].record, tex, t_min
+        culled, direction, _, t_max, k = shade.FP24.light_job(*args)
+        self.ks.append((job, sh.bits(k), culled))
         if not culled and self.shadows:
-            self.secs.append([ray_id, light, tri, *sh.bits([t_max]), sh.bits(direction), axes[0]])
+            head = sh.pack((job.ray_id, 8), (RAY_SHADOW, 2), (job.light, 4), (job.depth, 4), (job.tri, 24), (job.t_min, 24))
+            self.secs.append([head, *sh.bits([t_max]), sh.bits(direction), job.axes[0]])
 
     async def step(self):
         dut, rng = self.dut, self.rng
         if self._next is None and rng.random() < self.p_valid:
             job = self._next = next(self.jobs, None)
             if job is not None:
-                ray_id, light, mat, tri, axes, md = job
-                dut.job_i.value = ray_id << 4 | light
-                for i in range(3):
-                    self.contexts[ray_id << 2 | i] = sum(axes[k][i] << 24 * k for k in range(4))
-                self.contexts[ray_id << 2 | 3] = tri << 32 | mat << 24 | md
+                dut.job_i.value = job.word
+                self.contexts[job.ray_id] = job
         dut.job_valid_i.value = self._next is not None
         ready = rng.random() < self.p_ready
         dut.sec_ready_i.value = ready
         await RisingEdge(dut.clk_i)
         self.cycle += 1
-        if dut.ctx_re_o.value:
-            dut.ctx_word_i.value = self.contexts[int(dut.ctx_addr_o.value)]
+        # The RAM's port is this unit's in the four cycles after a job was taken, and in no other.
+        mine = bool(self.taken_at) and 0 < self.cycle - self.taken_at[-1] < 5
+        assert bool(dut.ctx_re_o.value) == mine
+        if mine:
+            address = int(dut.ctx_addr_o.value)
+            dut.ctx_word_i.value = self.contexts[address >> 2].context(address & 3)
+        else:
+            dut.ctx_word_i.value = rng.getrandbits(144)
         if dut.k_valid_o.value:
             assert self.ks, "a colour nobody asked for"
-            ray_id, light, k, culled = self.ks.pop(0)
-            assert int(dut.k_job_o.value) == ray_id << 4 | light
+            job, k, culled = self.ks.pop(0)
+            assert int(dut.k_job_o.value) == job.word
             assert bool(dut.ev_culled_o.value) == culled
             assert bool(dut.upd_valid_o.value) == (culled or not self.shadows)
             if dut.upd_valid_o.value:
@@ -113,12 +147,11 @@ class Bench:
             self._sec_held = word
             if ready:
                 want = self.secs.pop(0)
-                got = [word >> 196, word >> 192 & 15, word >> 168 & 0xFFFFFF, word >> 144 & 0xFFFFFF,
-                       sh.unvec(word >> 72), sh.unvec(word)]
-                assert got[:5] == want[:5] and sh.same(got[5], want[5])
+                got = [word >> 168, word >> 144 & 0xFFFFFF, sh.unvec(word >> 72), sh.unvec(word)]
+                assert got[:3] == want[:3] and sh.same(got[3], want[3]), f"{got} instead of {want}"
                 self._sec_held = None
         if self._next is not None and dut.job_ready_o.value:
-            self.expect(*self._next)
+            self.expect(self._next)
             self.taken_at.append(self.cycle)
             self._next = None
 
@@ -135,15 +168,23 @@ class Bench:
 
 
 def random_records(num):
-    lights = [sh.Light.random(num) for _ in range(num.rng.choice([1, 3, 16]))]
-    return lights, [sh.Material.random(num) for _ in range(num.rng.choice([1, 20, 256]))]
+    rng = num.rng
+    lights = [sh.Light.random(num) for _ in range(rng.choice([1, 3, 16]))]
+    mats = [sh.Material.random(num) for _ in range(rng.choice([1, 20, 256]))]
+    for mat in mats:
+        shin = rng.choice([0, 1, 1024, rng.uniform(0, 2), rng.uniform(0, 100), 2 ** rng.uniform(0, 10)])
+        mat.shin = num.spoil(sh.nearest([shin]))[0]
+    return lights, mats
 
 
 def random_jobs(bench, num, count):
     rng = num.rng
     for i in range(count):
         light, mat = rng.randrange(len(bench.lights)), rng.randrange(len(bench.mats))
-        yield i % 256, light, mat, rng.randrange(1 << 24), *random_context(num)
+        tex = num.color() if rng.random() < 0.7 else [0x3F0000] * 3
+        t_min = T_MIN if rng.random() < 0.5 else num.spoil(sh.nearest([rng.uniform(0, 2)]))[0]
+        yield Job(i % 256, light, mat, rng.randrange(1 << 24), *random_context(num), tex, t_min, rng.randrange(16),
+                  rng.getrandbits(121))
 
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")
@@ -161,7 +202,7 @@ async def random_lights(dut, wild, rates, shadows):
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")
 async def corner_lights(dut):
-    """A light at the hit point, very near, very far, grazing, straight above; every shininess; attenuation of 0, inf, NaN."""
+    """A light at the hit point, very near, very far, grazing, straight above; any shininess; attenuation of 0, inf, NaN."""
     bench = Bench(dut, random.Random(cocotb.RANDOM_SEED))
     await bench.start()
     one, zero = 0x3F0000, 0
@@ -172,15 +213,17 @@ async def corner_lights(dut):
               sh.nearest([1.25, 1.5, -0.5]), sh.nearest([0.25, -1, -0.5])]
     attens = [[one, zero, zero], [zero, zero, zero], [zero, one, zero], [zero, zero, one], [sh.NAN_BITS, zero, zero],
               [0x7F0000, zero, zero], [0xBF0000, zero, zero]]
-    mats = [sh.Material([zero] * 3, [one, 0x3E0000, zero], [one, zero, 0x3D0000], shin) for shin in range(16)]
+    shins = [zero, 0x010000, one, 0x400000, 0x411234, 0x44FFFF, 0x480000, 0x490000, 0x5F0000, 0x7EFFFF, 0x7F0000, sh.NAN_BITS,
+             0x800000, 0xBF0000, 0x3E0000, 0x000001]
+    mats = [sh.Material([zero] * 3, [one, 0x3E0000, zero], [one, zero, 0x3D0000], [zero] * 3, shin) for shin in shins]
     for directional in (False, True):
         for att in attens[:sh.some(len(attens))]:
             lights = [sh.Light(directional, place, [one, one, 0x3E8000], att) for place in places]
             await bench.load(lights, mats, True)
-            await bench.run((i, light, i % 16, 5, [p, up, up, view], sh.nearest([-np.sqrt(0.5)])[0])
+            await bench.run(Job(i, light, i % 16, 5, [p, up, up, view], sh.nearest([-np.sqrt(0.5)])[0], [0x3E0000, one, 0x3F8000])
                             for light in range(len(places)) for i in range(16 if att == attens[0] else 3))
     # 2 m.L at the end of the range and beyond it
-    await bench.run((i, 6, 1, 5, [p, up, [zero, size, zero], view], 0xBF0000)
+    await bench.run(Job(i, 6, 2, 5, [p, up, [zero, size, zero], view], 0xBF0000)
                     for i, size in enumerate((0x7DFFFF, 0x7E0000, 0x7E8000, 0x7EFFFF, 0x7F0000, 0x800000, 0x010000)))
 
 

@@ -13,21 +13,13 @@ import math
 import re
 import struct
 import urllib.parse
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from raycore.errors import SceneError
 from raycore.scene.data import Camera, Light, Material, make_material
-from raycore.scene.materials import (
-    mean_channels,
-    mean_colour,
-    read_picture,
-    settle_alpha,
-    texture_of,
-    times,
-    tinted_materials,
-)
+from raycore.scene.materials import linear, read_picture, settle_alpha, texture_of, times, tinted_materials
 from raycore.scene.mesh import Loaded, Part, corner_uv, default_material, meshes, place, read_trimesh
 
 MAGIC, JSON_CHUNK = 0x46546C67, 0x4E4F534A
@@ -35,6 +27,7 @@ WRAPS = {10497: "repeat", 33648: "mirror", 33071: "clamp"}
 NEAREST = (9728, 9984, 9986)
 UV, COLOUR = "_RAYCORE_UV", "_RAYCORE_COLOUR"
 MAX_LIGHTS = 16
+MAX_SAMPLES = 20_000  # places of a map that its mean is taken from
 UNREADABLE = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")  # geometry that only these can unpack
 # Extensions whose meaning is used, or which change nothing in a picture of ours.
 USED = {
@@ -131,6 +124,51 @@ class Document:
         return self._textures[source, wrap]
 
 
+    def mean(self, info, usage, srgb=False):
+        """Mean of a map over what uses it: (4,) in [0, 1], or None if there is none. srgb: of linear colours.
+
+        usage: `Usage` of the material; without coordinates the whole picture counts.
+        """
+        texture = self.texture(info)
+        if texture is None:
+            return None
+        image = texture.image
+        if usage is not None and len(usage.uv):
+            uv = usage.uv @ (matrix := uv_matrix(_moved(info)))[:, :2].T + matrix[:, 2]
+            size = np.array(image.shape[1::-1])
+            x, y = np.floor(np.where(np.isfinite(uv), uv % 1.0, 0.0) * size).astype(np.int64).clip(0, size - 1).T
+            texels, weight = image[y, x], usage.weight
+        else:
+            texels = image[:: max(1, image.shape[0] // 128), :: max(1, image.shape[1] // 128)].reshape(-1, 4)
+            weight = np.ones(len(texels))
+        values = texels / 255.0
+        if srgb:
+            values[:, :3] = linear(values[:, :3])
+        return (values * weight[:, None]).sum(axis=0) / weight.sum()
+
+
+@dataclass
+class Usage:
+    """Where on its maps a material is used: coordinates (k, 2) of samples, and their weights (k,), by area."""
+
+    uv: np.ndarray
+    weight: np.ndarray
+
+
+def usage_of(pieces):
+    """`Usage` of triangles: [(triangles (n, 3, 3), uv (n, 3, 2))], or None if there are none."""
+    if not pieces:
+        return None
+    triangles, uv = (np.concatenate([piece[i] for piece in pieces]) for i in (0, 1))
+    area = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
+    area = np.where(np.isfinite(area), area, 0.0)
+    step = max(1, 4 * len(area) // MAX_SAMPLES)
+    uv, area = uv[::step], area[::step]
+    inside = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6.0
+    points = np.einsum("sc,ncd->nsd", inside, uv).reshape(-1, 2)
+    return Usage(points, np.repeat(area, 4)) if area.sum() > 0.0 else None
+
+
 # ---- materials -------------------------------------------------------------------------------------------------------
 
 
@@ -148,46 +186,61 @@ def highlight(f0, exponent):
     return tuple(map(float, f0 * min((exponent + 2.0) / 2.0, 1.0 / max(f0.max(), 1e-6))))
 
 
-def convert(document, number):
-    """A material of the file: (`Material`, matrix (2, 3) for its coordinates, number of its set of coordinates)."""
+def _moved(info):
+    """The KHR_texture_transform of a textureInfo, {} if it has none."""
+    return (info or {}).get("extensions", {}).get("KHR_texture_transform", {})
+
+
+def base_map(source):
+    """The textureInfo that becomes a material's texture, or None: its base colour, or what a black one emits."""
+    old = source.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness")
+    pbr = source.get("pbrMetallicRoughness", {})
+    info = pbr.get("baseColorTexture") if old is None else old.get("diffuseTexture")
+    base = pbr.get("baseColorFactor", [1, 1, 1]) if old is None else old.get("diffuseFactor", [1, 1, 1])
+    if info is None and max(base[:3]) < 0.02 and any(source.get("emissiveFactor", ())):
+        return source.get("emissiveTexture")
+    return info
+
+
+def uv_set(source):
+    """Number of the set of coordinates that a material's texture uses, or the maps that become means."""
+    pbr = source.get("pbrMetallicRoughness", {})
+    info = base_map(source) or pbr.get("metallicRoughnessTexture") or {}
+    return _moved(info).get("texCoord", info.get("texCoord", 0))
+
+
+def convert(document, number, usage=None):
+    """A material of the file as a `Material`. usage: `Usage` of its maps."""
     source = document.json["materials"][number]
     name = str(source.get("name") or f"material {number}")
     extras = source.get("extras")
     raw = extras.get("bart_fm") if isinstance(extras, dict) else None
-    surface = _surface(document, source, name)
     if isinstance(raw, list) and len(raw) == 12:
-        material = bart_material(name, raw, surface["texture"])
-    else:
-        material = _phong(document, source, name, surface)
-    info = surface["info"] or {}
-    moved = info.get("extensions", {}).get("KHR_texture_transform", {})
-    return material, uv_matrix(moved), moved.get("texCoord", info.get("texCoord", 0))
+        return bart_material(name, raw, document.texture(base_map(source)))
+    return _phong(document, source, name, _surface(document, source, name, usage), usage)
 
 
-def _surface(document, source, name):
+def _surface(document, source, name, usage):
     """Base colour, texture, metallic, rough, f0 of a material, whichever way it says so."""
     notes, extensions = document.notes, source.get("extensions", {})
     old = extensions.get("KHR_materials_pbrSpecularGlossiness")
     if old is not None:
-        info, factor = old.get("diffuseTexture"), old.get("diffuseFactor", [1, 1, 1, 1])
+        factor = old.get("diffuseFactor", [1, 1, 1, 1])
         metallic, rough, f0 = 0.0, 1.0 - old.get("glossinessFactor", 1.0), old.get("specularFactor", [1, 1, 1])
-        other = document.texture(old.get("specularGlossinessTexture"))
+        other = document.mean(old.get("specularGlossinessTexture"), usage, srgb=True)
         if other is not None:
             notes.add("specular-glossiness maps become their mean", name)
-            rough = 1.0 - (1.0 - rough) * float(mean_channels(other.image)[3])
-            f0 = times(f0, mean_colour(other.image))
+            rough, f0 = 1.0 - (1.0 - rough) * float(other[3]), times(f0, other[:3])
     else:
         pbr = source.get("pbrMetallicRoughness", {})
-        info, factor = pbr.get("baseColorTexture"), pbr.get("baseColorFactor", [1, 1, 1, 1])
-        metallic, rough, f0 = pbr.get("metallicFactor", 1.0), pbr.get("roughnessFactor", 1.0), None
-        other = document.texture(pbr.get("metallicRoughnessTexture"))
+        factor, f0 = pbr.get("baseColorFactor", [1, 1, 1, 1]), None
+        metallic, rough = pbr.get("metallicFactor", 1.0), pbr.get("roughnessFactor", 1.0)
+        other = document.mean(pbr.get("metallicRoughnessTexture"), usage)
         if other is not None:
             notes.add("metallic-roughness maps become their mean", name)
-            mean = mean_channels(other.image)
-            rough, metallic = rough * float(mean[1]), metallic * float(mean[2])
+            rough, metallic = rough * float(other[1]), metallic * float(other[2])
     return {
-        "info": info,
-        "texture": document.texture(info),
+        "texture": document.texture(base_map(source)),
         "base": tuple(map(float, factor[:3])),
         "alpha": float(factor[3]),
         "metallic": min(max(float(metallic), 0.0), 1.0),
@@ -196,7 +249,7 @@ def _surface(document, source, name):
     }
 
 
-def _phong(document, source, name, surface):
+def _phong(document, source, name, surface, usage):
     notes, extensions = document.notes, source.get("extensions", {})
     texture, base, metallic, rough = (surface[k] for k in ("texture", "base", "metallic", "rough"))
     for key in ("normalTexture", "occlusionTexture"):
@@ -211,20 +264,26 @@ def _phong(document, source, name, surface):
 
     emission = np.asarray(source.get("emissiveFactor", (0.0, 0.0, 0.0)), dtype=np.float64)
     emission = emission * extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
-    glow = document.texture(source.get("emissiveTexture"))
+    glow = source.get("emissiveTexture")
     if glow is not None and emission.any():
-        notes.add("emissive maps become their mean", name)
-        emission = emission * mean_colour(glow.image)
+        if base_map(source) is glow:  # all that it shows is its light: the texture multiplies that as the ambient colour
+            material = Material(name, times(emission), (0.0, 0.0, 0.0), texture=texture)
+            return _with_alpha(notes, material, source, surface)
+        mean = document.mean(glow, usage, srgb=True)
+        if mean is not None:
+            notes.add("emissive maps become their mean", name)
+            emission = emission * mean[:3]
 
     glass = extensions.get("KHR_materials_transmission", {})
     share = float(glass.get("transmissionFactor", 0.0)) * (1.0 - metallic)
-    mask = document.texture(glass.get("transmissionTexture"))
+    mask = document.mean(glass.get("transmissionTexture"), usage)
     if mask is not None and share:
         notes.add("transmission maps become their mean", name)
-        share *= float(mean_channels(mask.image)[0])
+        share *= float(mask[0])
     ior = float(extensions.get("KHR_materials_ior", {}).get("ior", 1.5)) or 1.5
     f0 = ((ior - 1.0) / (ior + 1.0)) ** 2 if surface["f0"] is None else np.asarray(surface["f0"], dtype=np.float64)
-    colour = np.asarray(base) * (mean_colour(texture.image) if texture is not None else 1.0)
+    mean = document.mean(base_map(source), usage, srgb=True)
+    colour = np.asarray(base) * (mean[:3] if mean is not None else 1.0)
     f0 = np.broadcast_to((1.0 - metallic) * f0 + metallic * colour, 3)
 
     exponent = phong_exponent(rough)
@@ -305,20 +364,27 @@ def load(path, notes):
     document = Document(path, notes)
     header = document.json
     _check_extensions(header, path, notes)
-    materials = [convert(document, i) for i in range(len(header.get("materials", [])))]
-    parts = []
-    for mesh, transform in meshes(_read(document, [uv_set for *_, uv_set in materials])):
+    sources = header.get("materials", [])
+    placed, used = [], {}
+    for mesh, transform in meshes(_read(document, [uv_set(source) for source in sources])):
         triangles, normals, faces = place(mesh, transform)
         name = str(getattr(getattr(mesh.visual, "material", None), "name", None) or "")
-        known = re.fullmatch(r"\d+", name) is not None
-        material, matrix, _ = materials[int(name)] if known else (default_material(), None, 0)
+        number = int(name) if re.fullmatch(r"\d+", name) else None
+        uv, colours = (mesh.vertex_attributes.get(key) for key in (UV, COLOUR))
+        uv = corner_uv(_normalised(uv), faces) if uv is not None else None
+        colours = _normalised(colours)[:, :3][faces].mean(axis=1) if colours is not None and len(faces) else None
+        placed.append((triangles, normals, number, uv, colours))
+        if uv is not None and number is not None:
+            used.setdefault(number, []).append((triangles, uv))
+    materials = {i: convert(document, i, usage_of(used.get(i))) for i in dict.fromkeys(p[2] for p in placed) if i is not None}
+    parts = []
+    for triangles, normals, number, uv, colours in placed:
+        material = default_material() if number is None else materials[number]
         part = Part(triangles, normals, [material], np.zeros(len(triangles), np.int32))
-        attributes = mesh.vertex_attributes
-        if UV in attributes:  # kept even without a texture: a scene file may add one
-            uv = corner_uv(_normalised(attributes[UV]), faces)
+        if uv is not None:  # kept even without a texture: a scene file may add one
+            matrix = uv_matrix(_moved(base_map(sources[number])) if number is not None else {})
             part.uv = uv @ matrix[:, :2].T + matrix[:, 2]
-        if COLOUR in attributes and len(triangles):
-            colours = _normalised(attributes[COLOUR])[:, :3][faces].mean(axis=1)
+        if colours is not None:
             part.materials, part.index = tinted_materials(material, colours)
         parts.append(part)
     camera, lights = views(header, notes)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from raycore.scene.data import AMBIENT_LIGHT, Material
-from raycore.scene.materials import mean_channels, mean_colour, read_picture, texture_of, times
+from raycore.scene.materials import mean_colour, read_picture, texture_of, times
 from raycore.scene.mesh import Loaded, Part, corner_uv, default_material, meshes, place, plain_part, read_trimesh
 
 # Options of texture statements, with the most numbers or words that follow them.

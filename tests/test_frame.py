@@ -595,3 +595,27 @@ def test_pictures():
     assert check.difference(a, b)[0, 0].tolist() == [255, 0, 32]
     ten = pixbuf.pack(fp24.round_to_fp24(np.array([[[1.0, 0.5, 0.0]]])), pixbuf.RGB10A2)
     assert check.channels(ten, pixbuf.RGB10A2).tolist() == [[[255, 128, 0]]]
+
+
+def test_same_rays(glazed):
+    """A pixel counts if all of its rays meet the same; distances are no matter."""
+    assert check.same_rays(glazed, glazed).all()
+    other = copy.deepcopy(glazed)
+    other.log["t"] += 0.001
+    assert check.same_rays(glazed, other).all()
+    pixel = np.flatnonzero(np.diff(glazed.start) > 2)[5]
+    other.log["tri"][glazed.start[pixel] + 2] += 1
+    assert np.flatnonzero(~check.same_rays(glazed, other)).tolist() == [pixel]
+    other.log = np.delete(other.log, glazed.start[7])
+    other.start[8:] -= 1
+    assert np.flatnonzero(~check.same_rays(glazed, other)).tolist() == sorted([7, pixel])
+
+
+def test_24_bits_with_bounces_are_near_double_precision():
+    """Where a pixel's rays meet the same triangles the picture is as near as without bounces."""
+    image = build_image(box_with_ball(), box_view(96, 64, max_depth=6))
+    single, double = frame.render_fp24(image), frame.render_double(image)
+    same = check.same_rays(single, double)
+    a, b = check.channels(single.pixels), check.channels(double.pixels)
+    assert same.mean() > 0.8
+    assert check.psnr(a, b) > check.PSNR_BOUNCED_DB and check.psnr(a[same], b[same]) > 60.0

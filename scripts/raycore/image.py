@@ -25,7 +25,6 @@ MAX_MATERIALS = 256
 MAX_SHININESS = 1024.0
 MAX_DEPTH, DEFAULT_DEPTH = 15, 4  # bounces; the default of a scene that has something to bounce at
 MIN_WEIGHT = 1.0 / 256.0  # default: rays that weigh no more are not traced
-WRAPS = ("repeat", "mirror", "clamp")  # wrap_e
 ALPHA_MODES = ("opaque", "mask", "blend")  # alpha_e
 MAX_SIDE, MAX_PIXELS = 16384, 1 << 26
 BOX_MARGIN = 2.0**-10  # the scene's box is enlarged by this much before it is rounded
@@ -210,14 +209,7 @@ def _textures(scene, unit):
     if np.shape(scene.uv) != scene.triangles.shape[:2] + (2,):
         raise SceneError(f"{scene.name}: texture coordinates of shape {np.shape(scene.uv)}, not one pair a corner")
     try:
-        region, table, notes = texture.build_textures(
-            [
-                texture.Texture(
-                    t.image, WRAPS.index(t.wrap_s), WRAPS.index(t.wrap_t), t.compact, t.srgb, t.name or "texture"
-                )
-                for t in used
-            ]
-        )
+        region, table, notes = texture.build_textures(used)
     except ValueError as error:
         raise SceneError(f"{scene.name}: {error}") from None
     rows = np.zeros((len(scene.materials), table.shape[1]), np.int64)

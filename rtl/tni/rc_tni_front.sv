@@ -138,13 +138,16 @@ module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
   rc_delay #(.Width($bits(step_t)), .Depth(1)) u_step1_q (.clk_i, .in_i(step1), .out_o(step1_next1_o));
 
   // ---- P_NEXT1: step 2 follows if its node lies in the same block ----------------------------------------
+  // Only in traversal mode: a TriAccel record read as a node can look like two steps, and step 1 like a push, which an
+  // intersection's pop would take for the stack's top.
   node_t  adjacent_next1, other_next1;
   idx_t   idx_next1;
   visit_t visit2;
-  logic   two;
-  rc_delay #(.Width(2 * $bits(node_t) + IDX_W), .Depth(P_NEXT1 - P_OPER)) u_children (
-    .clk_i, .in_i({adjacent, other, idx_oper_i}), .out_o({adjacent_next1, other_next1, idx_next1}));
-  assign two    = step1_next1_o.go == GO_NODE && step1_next1_o.idx[IDX_W-1:3] == idx_next1[IDX_W-1:3];
+  logic   trav_next1, two;
+  rc_delay #(.Width(2 * $bits(node_t) + IDX_W + 1), .Depth(P_NEXT1 - P_OPER)) u_children (
+    .clk_i, .in_i({adjacent, other, idx_oper_i, mode_oper_i == TRAV}),
+    .out_o({adjacent_next1, other_next1, idx_next1, trav_next1}));
+  assign two    = trav_next1 && step1_next1_o.go == GO_NODE && step1_next1_o.idx[IDX_W-1:3] == idx_next1[IDX_W-1:3];
   assign visit2 = '{node: step1_next1_o.adjacent ? adjacent_next1 : other_next1, idx: step1_next1_o.idx,
                     tmin: step1_next1_o.tmin, tmax: step1_next1_o.tmax, neg: 1'b0};
   rc_delay #(.Width($bits(visit_t) + 1), .Depth(P_OPER2 - P_NEXT1)) u_visit2 (

@@ -8,7 +8,7 @@ import cocotb
 import pytest
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, RisingEdge
-from tni_bench import Bench, ray_word, soup
+from tni_bench import Bench, blocks, ray_word, soup
 
 from raycore import kdtree
 from raycore.tbutil import package_with_latencies, rtl, run_cocotb
@@ -89,11 +89,17 @@ async def trace(dut, rays, p_valid=1.0, p_ready=1.0, limit=400_000):
 
 @cocotb.test()
 async def random_rays(dut):
-    """Rays of every kind through a soup of triangles: hits and slots equal the model's."""
+    """Rays of every kind through soups of triangles and rows of boxes: hits and slots equal the model's.
+
+    Among boxes, rays that start at a vertex's height and stay there make TriAccel records look like nodes in whose plane
+    the ray lies.
+    """
     seed, count = int(os.environ["RAYCORE_SEED"]), int(os.environ.get("TNI_RAYS", "1500"))
-    for size, triangles, latency, p_ready in [(0.15, 400, lambda: 60, 1.0), (0.02, 3000, lambda: random.randint(1, 400), 0.5),
-                                              (0.6, 60, lambda: 1, 0.9)]:  # fmt: skip
-        bench = Bench(soup(triangles, size, seed), kdtree.Params(max_leaf=random.choice([1, 2, 4])))
+    for mesh, latency, p_ready in [(soup(400, 0.15, seed), lambda: 60, 1.0),
+                                   (soup(3000, 0.02, seed), lambda: random.randint(1, 400), 0.5),
+                                   (soup(60, 0.6, seed), lambda: 1, 0.9), (blocks(4), lambda: 20, 1.0)]:  # fmt: skip
+        triangles = len(mesh)
+        bench = Bench(mesh, kdtree.Params(max_leaf=random.choice([1, 2, 4])))
         rays = bench.random_rays(count)
         want, slots = bench.expect(rays)
         await start(dut, bench)

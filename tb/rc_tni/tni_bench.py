@@ -50,7 +50,7 @@ class Bench:
         )  # fmt: skip
 
     def random_rays(self, count):
-        """Rays inside and outside the box, axis-parallel, in split planes, towards vertices; shadow rays among them."""
+        """Rays inside and outside the box, axis-parallel, in split planes, towards and beside vertices; shadow rays too."""
         lo, hi = self.box
         planes = self.arrays.split[(self.arrays.meta & 3) != 3]
         rays = []
@@ -58,7 +58,7 @@ class Bench:
             org = np.array([random.uniform(lo[i] - 0.3, hi[i] + 0.3) for i in range(3)])
             aim = self.triangles[random.randrange(len(self.triangles))]
             weights = np.array([random.random() for _ in range(3)])
-            kind = random.randrange(8)
+            kind = random.randrange(9)
             target = aim[random.randrange(3)] if kind == 0 else (weights[:, None] * aim).sum(0) / weights.sum()
             direction = target - org
             if kind == 1:  # parallel to one or two axes
@@ -68,6 +68,9 @@ class Bench:
                 axis = random.randrange(3)
                 org[axis] = random.choice(planes)
                 direction[axis] = random.choice([0.0, direction[axis]])
+            if kind == 8:  # at a vertex's height, and staying there
+                axis = random.choice([0, 0, 1, 2])
+                org[axis], direction[axis] = aim[0, axis], 0.0
             if kind == 3:
                 direction = np.array([random.uniform(-1, 1) for _ in range(3)])
             length = np.linalg.norm(direction)
@@ -130,3 +133,13 @@ def soup(count, size, seed):
     tri[::17, 2] = tri[::17, 1]  # no area
     tri[1::23] = tri[::23][: len(tri[1::23])]  # duplicates
     return tri
+
+
+def blocks(n):
+    """n^3 boxes in rows, 12 axis-parallel triangles each: a ray along a row meets many vertices at its own height."""
+    at = (np.arange(n) + 0.25) * 2 / n - 1
+    lo = np.stack(np.meshgrid(at, at, at), axis=-1).reshape(-1, 1, 1, 3)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    corners = [[q[i], q[j], q[k]] for q in quads for i, j, k in ((0, 1, 2), (0, 2, 3))]
+    unit = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)])[corners]
+    return (lo + unit / n).reshape(-1, 3, 3)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from test_image import make_scene, soup
 
-from raycore import check
+from raycore import check, kdtree, triaccel
 from raycore.image import View, build_image
 from raycore.model import bvh, fp24, frame, pixbuf, rgen, shade, tracer
-from raycore.scene import Camera, Light, Material
+from raycore.scene import Camera, Light, Material, Texture
 
 # A square of side 2 in the plane z = 0 that faces +z, and a smaller one above it.
 FLOOR = [[[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1, 0]]]
@@ -310,6 +310,108 @@ def test_glass_slab_does_not_bend(name):
         assert np.isclose(rays["t"][2] * world, 1.0 / np.cos(np.arctan(tan)), rtol=4 * tolerance)
 
 
+# ---- textures --------------------------------------------------------------------------------------------------------
+
+
+def halves(left, right, side=64):
+    """A linear texture (RGBA bytes) of one colour where u < 1/2 and another beyond."""
+    image = np.empty((side, side, 4), np.uint8)
+    image[:, : side // 2], image[:, side // 2 :] = left, right
+    return Texture(image, "clamp", "clamp", srgb=False)
+
+
+def textured(materials, heights, **view):
+    """As `layered`, with u from 0 at x = -1 to 1 at x = 1 and v downwards."""
+    triangles = np.concatenate([np.array(FLOOR) + (0, 0, z) for z in heights])
+    uv = np.stack(((triangles[..., 0] + 1) / 2, (1 - triangles[..., 1]) / 2), axis=2)
+    scene = make_scene(triangles, materials, background=BACK, uv=uv)
+    scene.face_material = np.repeat(np.arange(len(materials), dtype=np.int32), 2)
+    return build_image(scene, plane_view(**view))
+
+
+def sides(z=0.0):
+    """Pixels that see the left and the right half of a layer, not near the middle: two (H, W) bool."""
+    points = on_plane(z)
+    return inside(points) & (points[..., 0] < -0.15), inside(points) & (points[..., 0] > 0.15)
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+@pytest.mark.parametrize("trilinear", [False, True])
+def test_texture_tints_ambient_and_diffuse(name, trilinear):
+    render, tolerance = RENDERERS[name]
+    painted = replace(MATERIAL, texture=halves((255, 51, 0, 255), (0, 255, 102, 255)), emission=(0.1, 0.0, 0.2))
+    out = render(textured([painted], [0.0], trilinear=trilinear))
+    for side, tint in zip(sides(), ((1.0, 0.2, 0.0), (0.0, 1.0, 0.4))):
+        tint = np.array(tint)
+        matt = replace(MATERIAL, diffuse=tuple(tint * MATERIAL.diffuse))
+        want = np.array(painted.emission) + tint * MATERIAL.ambient + phong(on_plane(), matt)
+        assert np.abs(out.rgb - want)[side].max() < tolerance
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+def test_mask_of_a_texture(name):
+    """A sheet with a hole: seen through it the floor, and the floor's shadow has the hole too."""
+    render, tolerance = RENDERERS[name]
+    sheet = Material("sheet", (0, 0.3, 0), (0, 0, 0), texture=halves((255,) * 4, (255, 255, 255, 0)), alpha_mode="mask")
+    out = render(textured([MATERIAL, sheet], [0.0, 0.5], max_depth=1))
+    solid, hole = sides(0.5)
+    assert np.abs(out.rgb - (0, 0.3, 0))[solid].max() < tolerance
+    floor = on_plane()
+    at = (floor + (np.array(LAMP) - floor) * 0.25)[..., 0]  # where the shadow ray meets the sheet
+    seen = hole & inside(floor)
+    lit, dark = seen & (at > 0.1), seen & (at < -0.1)
+    ambient = np.array(MATERIAL.ambient)
+    assert np.abs(out.rgb - ambient - phong(floor))[lit].max() < tolerance
+    if dark.any():
+        assert np.abs(out.rgb - ambient)[dark].max() < tolerance
+    # from below the sheet: more of the floor in shadow
+    image = textured([MATERIAL, sheet], [0.0, 0.5], max_depth=1)
+    under = replace(image.view, camera=Camera((0, 0, 0.4), (0, 0, 0), (0, 1, 0), 90.0))
+    out = render(build_image(image.geometry, under))
+    pixel = 2.0 * 0.4 / HEIGHT
+    x = np.broadcast_to((np.arange(WIDTH) + 0.5 - WIDTH / 2) * pixel, (HEIGHT, WIDTH))
+    at = x + (LAMP[0] - x) * 0.25
+    lit, dark = at > 0.05, at < -0.05
+    assert dark.sum() > 100 and np.abs(out.rgb - ambient)[dark].max() < tolerance
+    assert lit.sum() > 100 and (out.rgb - ambient)[lit].min() > 0.1
+    assert (out.light[0] == frame.SHADOWED)[dark].all() and (out.light[0] == frame.LIT)[lit].all()
+    shadow_rays = np.array([(r["kind"] == frame.SHADOW).sum() for r in np.split(out.log, out.start[1:-1])])
+    shadow_rays = shadow_rays.reshape(HEIGHT, WIDTH)
+    assert (shadow_rays[lit] == 2).all() and (shadow_rays[dark] == 1).all()
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+def test_stained_glass(name):
+    """Glass tinted by a texture: what is behind is tinted, what is mirrored is not, and the light on the floor is."""
+    render, tolerance = RENDERERS[name]
+    glass = Material(
+        *("glass", (0, 0, 0), (0, 0, 0)), transmit=(0.5, 0.5, 0.5), reflect=(0.25, 0.25, 0.25), ior=1.0,
+        texture=halves((255, 0, 51, 255), (51, 255, 102, 255)),
+    )  # fmt: skip
+    out = render(textured([MATERIAL, glass], [0.0, 0.5], max_depth=1))
+    floor = on_plane()
+    at = (floor + (np.array(LAMP) - floor) * 0.25)[..., 0]
+    tints = (np.array((1.0, 0.0, 0.2)), np.array((0.2, 1.0, 0.4)))
+    compared = 0
+    for pane, tint in zip(sides(0.5), tints):
+        for light, stain in zip((at < -0.1, at > 0.1), tints):
+            where = pane & light & inside(floor)
+            compared += where.sum()
+            want = 0.25 * np.array(BACK) + 0.5 * tint * (MATERIAL.ambient + 0.5 * stain * phong(floor))
+            if where.any():
+                assert np.abs(out.rgb - want)[where].max() < tolerance
+    assert compared > 100
+
+
+def test_textured_24_bits_are_near_double_precision():
+    rng = np.random.default_rng(3)
+    noise = Texture(rng.integers(0, 256, (128, 128, 4)).astype(np.uint8))
+    sheet = Material("sheet", (0.1, 0.1, 0.1), (0.5, 0.5, 0.5), texture=noise, alpha_mode="blend", reflect=(0.2,) * 3)
+    image = textured([replace(MATERIAL, texture=noise), sheet], [0.0, 0.5], max_depth=4, trilinear=True)
+    single, double = frame.render_fp24(image), frame.render_double(image)
+    assert check.psnr(check.channels(single.pixels), check.channels(double.pixels)) > check.PSNR_BOUNCED_DB
+
+
 # ---- the order of rays, against recursion ------------------------------------------------------------------------------
 
 
@@ -454,6 +556,42 @@ def test_mirror_box_with_glass_at_depth_15(name):
     shallow = RENDERERS[name][0](build_image(image.geometry, replace(image.view, max_depth=4)))
     assert shallow.log["depth"].max() == 4
     assert np.array_equal(shallow.by_depth[:, :4], out.by_depth[:, :4])
+
+
+def test_t_min_and_what_is_not_opaque(seed):
+    """A shadow ray ends at something opaque, or has found the nearest hit behind t_min; both tracers."""
+    rng = np.random.default_rng(seed)
+    triangles = fp24.round_to_fp24((soup(rng, 200) / 8.0 - 5.0).clip(-1, 1))
+    opaque, mat = rng.random(200) < 0.3, rng.integers(0, 4096, 200)
+    tree = kdtree.build(triangles, np.zeros(200, bool), None)
+    words = triaccel.pack(triaccel.records(triangles), mat, opaque)
+    box = fp24.round_to_fp24(np.stack((tree.bounds[0] - 2.0**-10, tree.bounds[1] + 2.0**-10)))
+    arrays = tracer.decode(tree.nodes, tree.lists, words, box, tree.root)
+    exact = bvh.build(triangles, mat, opaque)
+    found, passed, wrong = 0, 0, 0
+    for _ in range(400):
+        org, d = fp24.round_to_fp24(rng.uniform(-1, 1, 3)), rng.normal(size=3)
+        d = fp24.round_to_fp24(d / np.linalg.norm(d))
+        inverse = np.array([rgen.inverse(v) for v in d])
+        t_min = float(fp24.round_to_fp24(rng.choice([tracer.T_MIN, rng.uniform(0.0, 1.0)])))
+        tri, t, _, _, kind, solid = tracer.trace_ray(
+            arrays, org, d, inverse, t_min, tracer.HUGE, tracer.TRI_NONE, True, np.zeros(4, np.int64)
+        )
+        tri64, t64, _, _ = bvh.trace_ray(exact, tuple(org), tuple(d), t_min, np.inf, -1, True)
+        nearest, t_near = brute_force(triangles, org + t_min * d, d)  # as if the ray began there
+        assert (tri64 < 0) == (nearest < 0)
+        if tri64 >= 0:
+            assert opaque[tri64] or tri64 == nearest
+            assert t64 > t_min and (opaque[tri64] or np.isclose(t64, t_near + t_min))
+        if (tri == tracer.TRI_NONE) != (nearest < 0):
+            wrong += 1  # an edge
+        elif nearest >= 0:
+            found += 1
+            assert t > t_min and kind == mat[tri] and solid == opaque[tri]
+            if not solid:
+                passed += 1
+                wrong += tri != nearest
+    assert found > 50 and passed > 10 and wrong < 5
 
 
 @pytest.fixture(scope="module")

@@ -26,7 +26,8 @@ from rich.table import Table
 
 REPO = Path(__file__).resolve().parents[1]
 OUT = REPO / "build" / "synth"
-FP_UNITS = ["rc_fp_add", "rc_fp_add3", "rc_fp_mul", "rc_fp_cmp", "rc_fp_div", "rc_fp_sqrt", "rc_fp_from_int", "rc_fp_to_unorm"]
+FP_UNITS = ["rc_fp_add", "rc_fp_add3", "rc_fp_mul", "rc_fp_cmp", "rc_fp_div", "rc_fp_sqrt", "rc_fp_pow",
+            "rc_fp_from_int", "rc_fp_to_unorm"]
 PIPE, RTU = "rc_tni_pipe", "rc_rtu"
 BLOCKS = [PIPE, RTU]
 

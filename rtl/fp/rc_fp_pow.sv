@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// a^b = 2^(b log2 a) for a, b >= 0, in FP24 (paper Table I, "Power"). Two tables: the logarithm by a parabola through the ends
+// a^b = 2^(b log2 a) for a, b >= 0, in FP24 (paper Table I, "Exp. unit"). Two tables: the logarithm by a parabola through the ends
 // and the middle of an interval, with 30 fraction bits since b multiplies its error; the exponential by a line. Relative
-// error below 2^-16 for b up to 1024, monotone in a and in b; proof and measurement in docs/fp.md.
+// error below 2^-16 for a <= 1 and b <= 1024; monotone in a and in b; proof and measurement in docs/fp.md.
 //   P1  read the logarithm's table
 //   P2  log2 a = exponent + interpolated logarithm of the significand
 //   P3  times the significand of b

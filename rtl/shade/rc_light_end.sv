@@ -5,14 +5,14 @@
 //   TGl     g . L                    TMl     m . L                              TAtt  kind of light
 //   TEnd    culled or not (paper Sec. 3.3): into the queue of shadow rays, or out as an update
 module rc_light_end import rc_pkg::*; import rc_shade_pkg::*; #(
-  parameter int unsigned TCtx  = 0,
-  parameter int unsigned TCtxS = 0,
-  parameter int unsigned TD    = 0,
-  parameter int unsigned TDir  = 0,
-  parameter int unsigned TGl   = 0,
-  parameter int unsigned TMl   = 0,
-  parameter int unsigned TAtt  = 0,
-  parameter int unsigned TEnd  = 0,
+  parameter int unsigned TCtx  = 1,
+  parameter int unsigned TCtxS = 4,
+  parameter int unsigned TD    = 10,
+  parameter int unsigned TDir  = 14,
+  parameter int unsigned TGl   = 19,
+  parameter int unsigned TMl   = 20,
+  parameter int unsigned TAtt  = 23,
+  parameter int unsigned TEnd  = 39,
   parameter int unsigned Room  = 16                // shadow rays that wait; the caller sees to it that they fit
 ) (
   input  logic                   clk_i,

@@ -142,7 +142,7 @@ def test_one_operand_units_on_all_inputs():
 # ---- power -----------------------------------------------------------------------------------------------------------
 
 ONE, TWO, INF, NAN = 0x3F0000, 0x400000, 0x7F0000, 0x7F8000
-FEW = 1.3                                           # units of 2^-17: see docs/fp.md
+FEW = 1.31                                          # units of 2^-17: see docs/fp.md
 
 
 def power_operands(rng, n):
@@ -224,7 +224,7 @@ def test_power_of_random_pairs(seed):
         y = compare(a, b, b, only=("pow",))["pow"]
         error, x, e = power_error(a, b, y)
         assert error.size > n // 4
-        assert np.all(error[x <= 1] < FEW + e[x <= 1] / 3000) and np.all(error[x > 1] < FEW + e[x > 1] / 850)
+        assert np.all(error[x <= 1] < FEW + e[x <= 1] / 3000) and np.all(error[x > 1] < FEW + e[x > 1] / 840)
         usual = e <= 1024
         worst_below = max(worst_below, error[usual & (x <= 1)].max())
         worst_above = max(worst_above, error[usual & (x > 1)].max())

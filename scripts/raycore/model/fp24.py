@@ -195,7 +195,7 @@ _POW_LOG, _POW_BULGE, _POW_EXP = pow_tables()
 def fpow(a, b):
     """a^b for a, b >= 0 as 2^(b log2 a), by a table with parabolas for the logarithm and one with lines for the exponential.
 
-    Relative error of a result in the normal range for a <= 1: below 2^-17 (1.3 + b / 3000), hence 2^-16 for b <= 1024 (proof
+    Relative error of a result in the normal range for a <= 1: below 2^-17 (1.31 + b / 3000), hence 2^-16 for b <= 1024 (proof
     and measurement in docs/fp.md). Monotone in a and in b. a^0 = 1 and 1^b = 1, whatever a and b; a^1 = a; 0^b = 0 and
     inf^b = inf for b > 0; a^inf = 0 for a < 1, inf for a > 1. NaN if an operand is NaN or below 0.
     """

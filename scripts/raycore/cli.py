@@ -111,12 +111,25 @@ def _write(path, data):
         raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
 
 
-def _png(rgb):
-    from PIL import Image
+def _png(rgb, srgb=False):
+    """A picture (H, W, 3) as PNG; srgb: it says that it is meant so."""
+    from PIL import Image, PngImagePlugin
 
+    info = PngImagePlugin.PngInfo()
+    if srgb:
+        info.add(b"sRGB", b"\0")
     out = io.BytesIO()
-    Image.fromarray(rgb).save(out, format="PNG")
+    Image.fromarray(rgb).save(out, format="PNG", pnginfo=info)
     return out.getvalue()
+
+
+def _encode_srgb(rgb10):
+    """Linear channels of 10 bits to sRGB of 8: (H, W, 3) uint8."""
+    import numpy as np
+
+    linear = np.arange(1024) / 1023.0
+    curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
+    return np.rint(255.0 * curve).astype(np.uint8)[rgb10]
 
 
 def _npz(arrays):
@@ -157,10 +170,18 @@ def _size(text):
     return int(found[1]), int(found[2])
 
 
-def _scene(name):
-    from raycore.scene import load_scene
+def _scene(name, textures=True, compact=False):
+    from raycore.scene import compact_textures, load_scene, without_textures
 
-    return load_scene(name)
+    scene = load_scene(name)
+    scene = scene if textures else without_textures(scene)
+    return compact_textures(scene) if compact else scene
+
+
+def _note(lines):
+    """What was changed on the way, on stderr."""
+    for line in lines:
+        print(f"raycore: note: {' '.join(line.split())}", file=sys.stderr)
 
 
 # ---- commands --------------------------------------------------------------------------------------------------------------
@@ -174,7 +195,8 @@ def _main():
 @app.command(no_args_is_help=True)
 def render(
     scene: Annotated[
-        str, typer.Argument(metavar="SCENE", help="glTF, GLB, OBJ, PLY or STL file, or the name of one of our scenes.")
+        str,
+        typer.Argument(metavar="SCENE", help="glTF, GLB, OBJ, PLY or STL file, JSON of ours, or one of our scenes by name."),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="OUT.png", help="The picture, row 0 at the top.")],
     size: Annotated[str, typer.Option(metavar="WxH", help="Size of the picture in pixels.")] = "320x192",
@@ -193,7 +215,36 @@ def render(
             help="A point light; repeat for more, at most 16. Default: the file's own, or a lamp.",
         ),
     ] = None,
-    no_shadows: Annotated[bool, typer.Option("--no-shadows", help="Trace primary rays only.")] = False,
+    depth: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Bounces at mirrors, glass and what is not opaque, 0 to 15. "
+            "Default: 4 if the scene has any of them (or what its file says), else 0.",
+        ),
+    ] = None,
+    min_weight: Annotated[
+        float,
+        typer.Option(metavar="W", help="Rays that could add no more than this to a pixel are not traced; 0 to less than 1."),
+    ] = 1.0 / 256.0,
+    no_shadows: Annotated[bool, typer.Option("--no-shadows", help="Trace no shadow rays.")] = False,
+    trilinear: Annotated[
+        bool, typer.Option("--trilinear", help="Blend two mip levels instead of taking the nearer one.")
+    ] = False,
+    no_textures: Annotated[
+        bool, typer.Option("--no-textures", help="Use the mean colour of each texture instead of it.")
+    ] = False,
+    compact_textures: Annotated[
+        bool, typer.Option("--compact-textures", help="Store 16 bits a texel (RGBA5551) instead of 32: half the traffic.")
+    ] = False,
+    srgb: Annotated[
+        bool,
+        typer.Option(
+            "--srgb",
+            help="Encode the PNG for screens: the frame buffer gets 10 bits a channel, the host makes them sRGB. "
+            "Default: the frame buffer's linear 8 bits as they are, which look dark.",
+        ),
+    ] = False,
     mem_latency: Annotated[int, typer.Option(metavar="N", help="Cycles from address to data, 1 to 1000000.")] = 60,
     mem_width: Annotated[int, typer.Option(metavar="BITS", help="Memory bus: 64, 128 or 256 bits.")] = 64,
     backpressure: Annotated[
@@ -229,6 +280,8 @@ def render(
 
     `raycore render room.glb -o room.png --camera 0,2,8:0,1,0:0,1,0:50 --light 3,4,2 --light -3,4,2:0.5,0.4,0.3`
 
+    `raycore render still_life -o still.png --depth 10 --srgb`
+
     `raycore render room.glb -o room.png --stats room.json --aov room.npz --check`
 
     `raycore render room.glb -o room.png --no-shadows --mem-latency 200 --mem-width 128`
@@ -237,6 +290,7 @@ def render(
     """
     from raycore import sim
     from raycore.image import View, build_geometry, build_image, complete_view
+    from raycore.model.pixbuf import RGB10A2, RGBA8, unpack
     from raycore.scene import parse_camera, parse_light
 
     outputs = {"--output": output, "--stats": stats, "--aov": aov, "--waves": waves}
@@ -256,14 +310,19 @@ def render(
         parse_camera(camera) if camera else None,
         [parse_light(text) for text in light] if light else None,
         not no_shadows,
+        RGB10A2 if srgb else RGBA8,
+        max_depth=depth,
+        min_weight=min_weight,
+        trilinear=trilinear,
     )
 
     console = Console(stderr=True)
     with _status(console, f"Loading {scene}"):
-        loaded = _scene(scene)
+        loaded = _scene(scene, not no_textures, compact_textures)
         complete_view(loaded, view)  # what is wrong with the view shows before the tree is built
     with _status(console, f"Building the tree of {len(loaded.triangles):,} triangles"):
         image = build_image(build_geometry(loaded), view)
+    _note((*loaded.warnings, *image.geometry.notes))
 
     from raycore import render as rendering
     from raycore.check import channels
@@ -274,7 +333,10 @@ def render(
             sim.build(mem_width=mem_width, waves=waves is not None)
         simulation = {"waves": waves, "waves_from": waves_from, "waves_cycles": waves_cycles}
     rendered = rendering.render(image, engine.value, memory, hits=check or aov is not None, **simulation)
-    _write(output, _png(channels(rendered.pixels)))
+    if srgb:
+        _write(output, _png(_encode_srgb(unpack(rendered.pixels, RGB10A2)), srgb=True))
+    else:
+        _write(output, _png(channels(rendered.pixels)))
     values = rendering.stats(rendered, file=scene)
     if aov is not None:
         with _status(console, "Writing the hits"):
@@ -295,7 +357,7 @@ def render(
             "scene",
             f"{image.geometry.scene.name}, {len(loaded.triangles):,} triangles, {image.geometry.tree.nodes.size:,} nodes",
         ),
-        ("picture", f"{width}x{height} in {rendered.seconds:.1f} s by {engine.value}"),
+        ("picture", f"{width}x{height} in {rendered.seconds:.1f} s by {engine.value}, depth {image.view.max_depth}"),
         *rendering.summary(values),
     ]
     out = Console(highlight=False, width=max(100, Console().width) if not sys.stdout.isatty() else None)
@@ -322,8 +384,10 @@ def render(
 def info(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="As for `raycore render`.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+    no_textures: Annotated[bool, typer.Option("--no-textures", help="As for `raycore render`.")] = False,
+    compact_textures: Annotated[bool, typer.Option("--compact-textures", help="As for `raycore render`.")] = False,
 ):
-    """Show what SCENE takes: triangles, tree, memory.
+    """Show what SCENE takes: triangles, materials, textures, tree, memory; and what of its file is not used.
 
     Examples:
 
@@ -335,11 +399,12 @@ def info(
 
     console = Console(stderr=True)
     with _status(console, f"Reading {scene}"):
-        values = scene_info(scene)
+        values = scene_info(scene, not no_textures, compact_textures)
     if as_json:
         print(json.dumps(values, indent=2))
         return
     Console(highlight=False).print(_table(rows(values)))
+    _note(values["warnings"])
 
 
 @app.command()

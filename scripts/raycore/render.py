@@ -16,6 +16,7 @@ from raycore.toolchain import REPO
 ENGINES = ("rtl", "model", "double")
 PIPES = 4  # T&I pipelines of an RTU: slots a cycle
 MODES = ("box", "trav1", "trav2", "isect", "miss_nt", "miss_list")  # what a slot with a ray was spent on
+KINDS = ("primary", "shadow", "reflect", "transmit")  # of rays that are traced
 LINE_BYTES, ROW_BYTES = 64, 32
 
 
@@ -37,7 +38,7 @@ class Rendered:
 def _primary(result, view):
     """Triangles and distances of the primary rays from hit records."""
     tri, t = np.full((view.height, view.width), -1, np.int64), np.full((view.height, view.width), np.inf)
-    rays = result.hits[(result.hits["any_hit"] == 0) & (result.hits["hit"] == 1)]
+    rays = result.hits[(result.hits["kind"] == sim.RAY_KINDS.index("primary")) & (result.hits["hit"] == 1)]
     tri[rays["y"], rays["x"]] = rays["tri"]
     t[rays["y"], rays["x"]] = fp24.from_bits(rays["t"])
     return tri, t
@@ -79,15 +80,21 @@ def rtl_parameters():
         "l1_node": {"sets": sets["NtSets"], "ways": l1, "line_bytes": LINE_BYTES, "each": "pipeline"},
         "l1_list": {"sets": sets["ListSets"], "ways": l1, "line_bytes": LINE_BYTES, "each": "pipeline"},
         "l2": {"sets": sets["L2Sets"], "ways": l2, "line_bytes": LINE_BYTES, "each": "rtu"},
-        "triangle": _triangle_cache(),
+        "triangle": {
+            "sets": default("shade/rc_shade.sv", "InfoSets"),
+            "ways": default("shade/rc_shade.sv", "InfoWays"),
+            "line_bytes": LINE_BYTES,
+            "each": "rtu",
+        },
+        "uv": {"sets": default("shade/rc_texture.sv", "UvSets"), "ways": 2, "line_bytes": LINE_BYTES, "each": "rtu"},
+        "texture": {
+            "banks": 4,
+            "sets": default("shade/rc_texture.sv", "TexSets"),
+            "ways": 2,
+            "line_bytes": LINE_BYTES,
+            "each": "rtu",
+        },
     }
-
-
-def _triangle_cache():
-    """Parameters of the triangle cache as the shading unit instantiates it, or its own defaults."""
-    text = (REPO / "rtl/mem/rc_ro_cache.sv").read_text()
-    found = re.findall(r"parameter int unsigned (\w+)\s*=\s*(\d+)", text)
-    return {name.lower(): int(value) for name, value in found} | {"line_bytes": LINE_BYTES, "each": "rtu"}
 
 
 def config(rendered, **more):
@@ -100,6 +107,10 @@ def config(rendered, **more):
         "camera": asdict(view.camera),
         "lights": [asdict(light) for light in view.lights],
         "shadows": view.shadows,
+        "max_depth": view.max_depth,
+        "min_weight": view.min_weight,
+        "trilinear": view.trilinear,
+        "textures": len({m.texture for m in geometry.scene.materials if m.texture is not None}),
         "background": list(geometry.scene.background),
         "max_slots": view.max_slots,
         "memory": asdict(memory),
@@ -123,14 +134,16 @@ def stats(rendered, **more):
     if rendered.result is not None:
         c = rendered.result.stats["counters"]
         cycles = c["CYCLES"]
-        rays = {"primary": c["RAYS_PRIMARY"], "shadow": c["RAYS_SHADOW"], "culled": c["RAYS_CULLED"]}
+        rays = {kind: c[f"RAYS_{kind.upper()}"] for kind in (*KINDS, "culled")}
+        by_depth = rendered.result.stats.get("rays", {})
         slots = {mode: c[f"SLOTS_{mode.upper()}"] for mode in MODES}
     else:
         c, cycles, rays = {}, None, dict(rendered.frame.rays)
+        by_depth = {k: np.trim_zeros(n, "b").tolist() or [0] for k, n in zip(KINDS, rendered.frame.by_depth)}
         slots = dict(zip(MODES, map(int, rendered.frame.slots))) if rendered.engine == "model" else {}
-    traced, used = rays["primary"] + rays["shadow"], sum(slots.values())
+    traced, used = sum(rays[kind] for kind in KINDS), sum(slots.values())
     rays["total"] = traced
-    out |= {"cycles": cycles, "rays": rays}
+    out |= {"cycles": cycles, "rays": rays, "rays_by_depth": {k: list(by_depth.get(k, ())) for k in KINDS}}
     out["rays_per_cycle_per_rtu"] = _share(traced, cycles) if cycles else None
     out["slots_per_ray"] = _share(used, traced) if slots else None
     out["slots"] = slots | ({"bubble": c["SLOTS_BUBBLE"]} if c else {})
@@ -141,13 +154,20 @@ def stats(rendered, **more):
             "l1_list": (c["LIST_HITS"], c["SLOTS_MISS_LIST"]),
             "l2": (c["L2_HITS"], c["L2_MISSES"]),
             "triangle": (c["TRI_HITS"], c["TRI_MISSES"]),
+            "uv": (c["UV_HITS"], c["UV_MISSES"]),
+            "texture": (c["TEX_HITS"], c["TEX_MISSES"]),
         }
         out["cache"] = {n: {"hits": h, "misses": m, "hit_rate": _share(h, h + m)} for n, (h, m) in pairs.items()}
         by_kind = dict(rendered.result.stats.get("bytes", {}))
         by_kind["total"] = sum(by_kind.values())
         out["bytes"] = by_kind
         tree = sum(by_kind.get(kind, 0) for kind in ("nodes", "lists", "triaccel"))
-        out["bytes_per_ray"] = {"tree": _share(tree, traced), "total": _share(by_kind["total"], traced)}
+        texture = sum(by_kind.get(kind, 0) for kind in ("uv", "textures"))
+        out["bytes_per_ray"] = {
+            "tree": _share(tree, traced),
+            "texture": _share(texture, traced),
+            "total": _share(by_kind["total"], traced),
+        }
         out["counters"] = c
         out["simulation"] = rendered.result.stats.get("sim", {})
     out["seconds"] = {n: round(s, 3) for n, s in (image.geometry.seconds | {"render": rendered.seconds}).items()}
@@ -158,7 +178,12 @@ def stats(rendered, **more):
 def summary(values):
     """(what, figure) pairs that a person wants to see, from `stats`."""
     rays = values["rays"]
-    out = [("rays", f"{rays['primary']:,} primary, {rays['shadow']:,} shadow, {rays['culled']:,} culled")]
+    named = {"primary": "primary", "shadow": "shadow", "reflect": "reflected", "transmit": "transmitted", "culled": "culled"}
+    out = [("rays", ", ".join(f"{rays[kind]:,} {name}" for kind, name in named.items()))]
+    deepest = max(len(depths) for depths in values["rays_by_depth"].values()) - 1
+    if deepest > 0:
+        levels = [sum(d[i] for d in values["rays_by_depth"].values() if i < len(d)) for i in range(deepest + 1)]
+        out.append(("rays by depth", ", ".join(f"{n:,}" for n in levels)))
     if values["cycles"] is not None:
         out.append(("cycles", f"{values['cycles']:,}"))
         out.append(("rays per cycle per RTU", f"{values['rays_per_cycle_per_rtu']:.4f}"))
@@ -172,7 +197,13 @@ def summary(values):
             ("hit rate, L1 list", rate["l1_list"]),
             ("hit rate, L2", rate["l2"]),
             ("hit rate, triangle cache", rate["triangle"]),
+            *(
+                (f"hit rate, {name}", rate[cache])
+                for cache, name in (("uv", "texture coordinates"), ("texture", "textures"))
+                if values["cache"][cache]["hits"] + values["cache"][cache]["misses"]
+            ),
             ("bytes per ray, tree", f"{values['bytes_per_ray']['tree']:.2f}"),
+            ("bytes per ray, textures", f"{values['bytes_per_ray']['texture']:.2f}"),
             ("bytes per ray, all", f"{values['bytes_per_ray']['total']:.2f}"),
         ]
         speed = values["simulation"].get("cycles_per_second")

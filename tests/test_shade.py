@@ -411,6 +411,19 @@ def test_children_leave_on_their_side(seed):
         assert two[2][2] <= 2.0**-15 and np.linalg.norm(two[2]) == pytest.approx(1.0, abs=2.0**-14)
 
 
+@TWINS
+def test_refracted_over_the_horizon(twin):
+    """A steep shading normal would refract a ray to the side it came from; it is mirrored at the triangle's plane."""
+    d, g, m = (0.9950, 0.0, -0.0999), (0.0, 0.0, 1.0), (-0.9539, 0.0, 0.3001)
+    ctx = tuple(tuple(map(float, fp24.round_to_fp24(np.array(v)))) for v in (NONE, g, m, d))
+    md = fp24.rnd(sum(x * y for x, y in zip(m, d)))
+    _, (traced, _, s, _) = twin.bounce((*ctx, md), ONE, ONE, 1.0, False, material(twin, kt=ONE, ior=0.5), 0.0)
+    c, eta = -md, 2.0
+    want = eta * np.array(d) + (eta * c - math.sqrt(1 - eta**2 + (eta * c) ** 2)) * np.array(m)
+    assert want[2] > 0.05 and traced
+    assert s == pytest.approx(unit(want * (1, 1, -1)), abs=1e-3)
+
+
 @pytest.mark.parametrize("seed", range(50))
 def test_double_bounce(seed):
     """Mirrored and refracted directions from first principles: the plane of incidence, Snell's law, reflection about g."""

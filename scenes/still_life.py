@@ -4,21 +4,7 @@
 import numpy as np
 
 from raycore.scene import Camera, Light, make_material
-from raycore.shapes import Builder, box, lathe, rounded_box, sheet, sphere, torus, turn
-
-
-def curve(points, per_span=6):
-    """A smooth line through (radius, y) points (Catmull and Rom 1974)."""
-    p = np.asarray(points, dtype=np.float64)
-    p = np.concatenate((2.0 * p[:1] - p[1:2], p, 2.0 * p[-1:] - p[-2:-1]))
-    t = (np.arange(per_span) / per_span)[:, None]
-    spans = [
-        0.5 * (2.0 * b + (c - a) * t + (2.0 * a - 5.0 * b + 4.0 * c - d) * t**2 + (3.0 * b - 3.0 * c + d - a) * t**3)
-        for a, b, c, d in zip(p, p[1:], p[2:], p[3:])
-    ]
-    out = np.concatenate((*spans, p[-2:-1]))
-    out[:, 0] = np.maximum(out[:, 0], 0.0)
-    return out
+from raycore.shapes import Builder, box, curve, lathe, rounded_box, sheet, sphere, torus, turn
 
 
 def build():

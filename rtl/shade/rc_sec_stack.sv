@@ -180,24 +180,49 @@ module rc_sec_stack #(
     .clk_i, .we_i(push), .waddr_i(addr_t'({held.nr, held.count})), .wdata_i(child_data_i),
     .re_i(pop1_q), .raddr_i(addr_t'({held.nr, pop_count})), .rdata_o(pop_data_o)
   );
-  logic [$clog2(NumStacks+1)-1:0] unused_free;
+  logic [$clog2(NumStacks+1)-1:0] free_count;
+  logic unused_free;
+  assign unused_free = ^free_count;
   rc_idx_pool #(.NumIdx(NumStacks)) u_free (
     .clk_i, .rst_ni, .out_valid_o(free_valid), .out_ready_i(wait_pop), .out_idx_o(free_stack),
-    .free_valid_i(give_back || pop_last), .free_idx_i(held.nr), .count_o(unused_free)
+    .free_valid_i(give_back || pop_last), .free_idx_i(held.nr), .count_o(free_count)
   );
 
   if (Entries != 2 ** PtrW) begin : gen_check
     $error("rc_sec_stack: the entries of a stack must be a power of two");
   end
 `ifndef SYNTHESIS
+  // Checks: a stack's pixel; pixels that hold one; starts of the other kind while a job of this kind may start
+  id_t        owner_q[NumStacks];
+  logic [$clog2(NumStacks+1)-1:0] holders_q;
+  logic [1:0] plain_passed_q, wait_passed_q;
+  logic       first_start;
+  assign first_start = start_ready_i && start_valid_o && !second_q;
+  always_ff @(posedge clk_i) begin
+    if (!rst_ni) begin
+      {holders_q, plain_passed_q, wait_passed_q} <= '0;
+    end else begin
+      holders_q <= holders_q + $bits(holders_q)'(first_start && start_branch_o && !pending_q[start_id_o])
+                   - $bits(holders_q)'((last && child_branch_i && !pending_q[child_id_i]) || pop_last);
+      if (first_start) begin
+        plain_passed_q <= (plain_valid && use_wait) ? plain_passed_q + 1'b1 : '0;
+        wait_passed_q  <= (wait_valid && free_valid && !use_wait) ? wait_passed_q + 1'b1 : '0;
+      end
+    end
+    if (wait_pop) owner_q[free_stack] <= wait_id;
+  end
   always_ff @(posedge clk_i) begin
     if (rst_ni) begin
       OneBeat_M:   assume ($onehot(beat_i));
       Child_M:     assume (!child_valid_i || beat_i[0]);
-      QueueRoom_A: assert (plain_ready && wait_ready && pops_ready);
+      QueueRoom_A: assert ((!in_plain || plain_ready) && (!in_wait || wait_ready) && (!in_pop || pops_ready));
       // Who has a stack never waits for one, and a job that is plain does not need one.
       HolderGoesOn_A: assert (!wait_valid || !pending_q[wait_id]);
       PlainHasStack_A: assert (!plain_valid || !plain.branch || pending_q[plain.id]);
+      if (child_valid_i && child_branch_i) Owner_A: assert (owner_q[held.nr] == child_id_i);
+      if (pop1_q) PopOwner_A: assert (owner_q[held.nr] == pop1_id_q);
+      NoneLost_A:  assert (holders_q + free_count == $bits(holders_q)'(NumStacks));
+      Fair_A:      assert (plain_passed_q <= 2'd1 && wait_passed_q <= 2'd1);
       Overflow_A:  assert (!push || held.count != '1);           // rays on a stack have different depths, 1 to 15
       Underflow_A: assert (!pop1_q || (held.count != '0 && pending_q[pop1_id_q]));
       Given_A:     assert (!(give_q && wait_pop) || beat_i[3]);  // noted before the next is given

@@ -64,7 +64,7 @@ module rc_tex_cache import rc_pkg::*; import rc_tex_pkg::*; #(
     line_addr_t [1:0]     tag;
     logic [1:0]           match;
     set_t                 set;
-    assign set = e1_entry.set[b];
+    assign set = set_t'(e1_blocks_q.set[b]);
     for (genvar w = 0; w < 2; w++) begin : gen_way
       rc_ram_1r1w #(.Width(LINE_ADDR_W), .Depth(Sets)) u_tag (
         .clk_i,

@@ -67,7 +67,9 @@ def test_render_by_the_reference(run, obj, tmp_path):
     assert np.array_equal(np.asarray(Picture.open(png)), channels(frame.pixels))
 
     values = json.loads(stats.read_text())
-    assert values["rays"] == frame.rays | {"total": frame.rays["primary"] + frame.rays["shadow"]}
+    traced = sum(n for kind, n in frame.rays.items() if kind != "culled")
+    assert values["rays"] == frame.rays | {"total": traced} and values["rays"]["reflect"] == 0
+    assert {kind: sum(n) for kind, n in values["rays_by_depth"].items()} | {"culled": frame.culled} == frame.rays
     assert sum(values["slots"].values()) == frame.slots.sum()
     assert np.isclose(values["slots_per_ray"] * values["rays"]["total"], frame.slots.sum())
     config = values["config"]
@@ -142,6 +144,109 @@ def test_render_by_the_rtl(run, tmp_path):
     assert values["bytes"]["frame"] >= 36 * 20 * 4
     for cache in ("l1_node", "l1_list", "l2", "triangle"):
         assert values["cache"][cache]["hits"] + values["cache"][cache]["misses"] > 0
+    assert {kind: sum(values["rays_by_depth"][kind]) for kind in sim.RAY_KINDS} == {
+        kind: values["rays"][kind] for kind in sim.RAY_KINDS
+    }
+
+
+ROOM = {
+    "meshes": [{"file": "tent.obj", "material": "pane"}, {"file": "floor.obj", "material": "floor"}],
+    "materials": {
+        "pane": {"diffuse": [0.1, 0.1, 0.1], "reflect": [0.2, 0.2, 0.2], "transmit": [0.7, 0.7, 0.7], "ior": 1.2},
+        "floor": {"diffuse": [1, 1, 1], "texture": {"file": "checks.png", "wrap_s": "mirror"}},
+    },
+    "camera": {"eye": [2, 2.5, 4], "target": [0, 0.3, 0], "fov": 40},
+    "lights": [{"position": [-3, 4, 2]}],
+    "background": [0.02, 0.03, 0.05],
+}
+FLOOR = "v -4 -0.1 -4\nv 4 -0.1 -4\nv 4 -0.1 4\nv -4 -0.1 4\nvt 0 0\nvt 3 0\nvt 3 3\nvt 0 3\nf 1/1 3/3 2/2\nf 1/1 4/4 3/3\n"
+
+
+@pytest.fixture
+def room(obj, tmp_path):
+    """A glass tent on a textured floor."""
+    (tmp_path / "floor.obj").write_text(FLOOR)
+    checks = np.kron(np.indices((4, 4)).sum(axis=0) % 2, np.ones((8, 8))).astype(np.uint8)
+    picture = np.array([[20, 40, 90, 255], [230, 200, 60, 255]], np.uint8)[checks]
+    Picture.fromarray(picture).save(tmp_path / "checks.png")
+    path = tmp_path / "room.json"
+    path.write_text(json.dumps(ROOM))
+    return path
+
+
+def test_bounces_and_textures(run, room, tmp_path):
+    """Options reach the picture: depth, least weight, textures, filter; each changes what it should and is reported."""
+
+    def shot(*options):
+        png, stats = tmp_path / "a.png", tmp_path / "a.json"
+        code, out, err = run(
+            *("render", room, "-o", png, "--size", "60x40", "--engine", "model", "--stats", stats, *options)
+        )
+        assert (code, err) == (0, ""), err
+        return np.asarray(Picture.open(png)).astype(int), json.loads(stats.read_text()), out
+
+    picture, values, out = shot()
+    assert values["config"]["max_depth"] == 4 and values["config"]["textures"] == 1 and "depth 4" in out
+    assert len(values["rays_by_depth"]["transmit"]) == 5 and values["rays"]["reflect"] > 100
+    assert "transmitted" in out and "rays by depth" in out
+    flat, values, _ = shot("--depth", "0")
+    assert values["rays"]["reflect"] == values["rays"]["transmit"] == 0 and (flat != picture).any()
+    _, deep, _ = shot("--depth", "15", "--min-weight", "0")
+    _, light, _ = shot("--depth", "15", "--min-weight", "0.3")
+    assert light["rays"]["total"] < deep["rays"]["total"]
+    plain, values, _ = shot("--no-textures")
+    assert values["config"]["textures"] == 0 and (plain != picture).any()
+    assert np.abs(plain.mean(axis=(0, 1)) - picture.mean(axis=(0, 1))).max() < 12, "the mean colour takes its place"
+    compact, _, _ = shot("--compact-textures")
+    assert 0 < np.abs(compact - picture).max() < 24
+    smooth, values, _ = shot("--trilinear")
+    assert values["config"]["trilinear"] and (smooth != picture).any()
+
+
+def test_srgb(run, room, tmp_path):
+    """--srgb encodes ten linear bits; without it the frame buffer's bytes are kept."""
+    for name, options in (("linear", ()), ("srgb", ("--srgb",))):
+        code, _, err = run(
+            *("render", room, "-o", tmp_path / f"{name}.png", "--size", "40x30", "--engine", "model", *options)
+        )
+        assert (code, err) == (0, "")
+    linear = np.asarray(Picture.open(tmp_path / "linear.png")) / 255.0
+    encoded = Picture.open(tmp_path / "srgb.png")
+    assert "srgb" in encoded.info
+    value = np.asarray(encoded) / 255.0
+    decoded = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+    assert np.abs(decoded - linear).max() < 0.5 / 255 + 0.5 / 1023 + 2.3 * 0.5 / 255
+    dark = linear < 0.1
+    assert len(np.unique(np.asarray(encoded)[dark])) > len(np.unique(np.asarray(Picture.open(tmp_path / "linear.png"))[dark]))
+
+
+def test_notes(run, obj, tmp_path):
+    """What a file asks for and does not get is said on stderr, a line each, and in what info prints."""
+    obj.write_text("mtllib nowhere.mtl\n" + OBJ.replace("\nf", "\nusemtl red\nf", 1))
+    code, _, err = run("render", obj, "-o", tmp_path / "a.png", "--size", "8x8", "--engine", "model")
+    assert code == 0 and len(err.splitlines()) == 2
+    assert all(line.startswith("raycore: note: ") for line in err.splitlines()) and "nowhere.mtl" in err
+    code, out, err = run("info", obj, "--json")
+    assert code == 0 and not err and len(json.loads(out)["warnings"]) == 2
+
+
+def test_info_of_materials(run, room):
+    code, out, _ = run("info", room, "--json")
+    values = json.loads(out)
+    assert code == 0 and values["default_depth"] == 4
+    assert values["materials_by_kind"] == {
+        "glass": {"materials": 1, "textured": 0, "triangles": 5},
+        "plain": {"materials": 1, "textured": 1, "triangles": 2},
+    }
+    assert values["textures"] == [
+        {"name": "checks.png", "size": [32, 32], "levels": 6, "format": "RGBA8", "wrap": ["mirror", "repeat"]}
+    ]
+    assert values["bytes"]["uv"] == 7 * 32 + 32 and values["bytes"]["materials"] == 2 * 128
+    assert values["bytes"]["textures"] == 64 * (64 + 16 + 4 + 1 + 1 + 1)
+    code, out, _ = run("info", room, "--compact-textures")
+    assert code == 0 and "checks.png, 32x32, 6 levels, RGBA5551" in out and "1 glass (5 triangles)" in out
+    code, out, _ = run("info", room, "--no-textures", "--json")
+    assert json.loads(out)["textures"] == [] and json.loads(out)["bytes"]["textures"] == 0
 
 
 def test_info(run, obj):
@@ -178,6 +283,7 @@ def files(folder):
     (folder / "broken.glb").write_bytes(b"glTF" + bytes(40))
     (folder / "broken.ply").write_text("ply\nformat ascii 1.0\nelement vertex 9\n")
     (folder / "text.txt").write_text("hello")
+    (folder / "broken.json").write_text('{"meshes": [{"file": "points.obj"}], "depth": 99}')
 
 
 WRONG_SCENES = {
@@ -189,6 +295,7 @@ WRONG_SCENES = {
     "broken.glb": "cannot be read",
     "broken.ply": "cannot be read|no triangles",
     "text.txt": "not supported",
+    "broken.json": "depth: 99 is greater than the maximum of 15",
     ".": "is a directory",
 }
 WRONG_OPTIONS = [
@@ -214,6 +321,12 @@ WRONG_OPTIONS = [
     (("--backpressure", "1.5"), "back-pressure"),
     (("--seed", "-1"), "seed"),
     (("--engine", "gpu"), "engine"),
+    (("--depth", "16"), "depth 16: give 0 to 15"),
+    (("--depth", "-1"), "depth -1"),
+    (("--depth", "deep"), "--depth"),
+    (("--min-weight", "1"), "least weight 1"),
+    (("--min-weight", "-0.1"), "least weight -0.1"),
+    (("--min-weight", "nan"), "least weight nan"),
     (("--waves", "w.fst"), "waveforms"),
     (("--stats", "nowhere/s.json"), "does not exist"),
     (("--aov", "."), "is a directory"),
@@ -299,7 +412,8 @@ def test_differences_end_with_a_failure(run, tmp_path, monkeypatch):
 COUNTERS = dict.fromkeys(
     (
         *("CYCLES", "RAYS_PRIMARY", "RAYS_SHADOW", "RAYS_CULLED", "SLOTS_BUBBLE", "NT_HITS", "LIST_HITS"),
-        *("L2_HITS", "L2_MISSES", "TRI_HITS", "TRI_MISSES"),
+        *("L2_HITS", "L2_MISSES", "TRI_HITS", "TRI_MISSES", "RAYS_REFLECT", "RAYS_TRANSMIT"),
+        *("UV_HITS", "UV_MISSES", "TEX_HITS", "TEX_MISSES"),
         *(f"SLOTS_{mode}" for mode in ("BOX", "TRAV1", "TRAV2", "ISECT", "MISS_NT", "MISS_LIST")),
     ),
     1,

@@ -134,12 +134,16 @@ def psnr(a, b):
 
 
 def same_rays(a, b):
-    """Pixels whose rays in two frames meet the same triangles in the same order: (H, W) bool."""
+    """Pixels whose rays meet the same things in two frames, in the same order: (H, W) bool.
+
+    Which of several blockers ends a shadow ray depends on the order in which they are found and is no matter.
+    """
     rays = np.diff(a.start)
     same = rays == np.diff(b.start)
     which = np.repeat(np.flatnonzero(same), rays[same])
-    pairs = [f.log[np.repeat(same, np.diff(f.start))] for f in (a, b)]
-    differs = np.logical_or.reduce([pairs[0][name] != pairs[1][name] for name in ("kind", "light", "depth", "tri")])
+    one, other = (f.log[np.repeat(same, np.diff(f.start))] for f in (a, b))
+    differs = np.logical_or.reduce([one[name] != other[name] for name in ("kind", "light", "depth", "hit")])
+    differs |= (one["tri"] != other["tri"]) & (one["kind"] != SHADOW)
     same[which[differs]] = False
     return same.reshape(a.tri.shape)
 

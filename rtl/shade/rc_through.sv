@@ -134,8 +134,8 @@ module rc_through import rc_pkg::*; import rc_shade_pkg::*; (
   rc_fp_mul #(.Latency(LAT_MUL)) u_mul (.clk_i, .a_i(mul_a), .b_i(mul_b), .y_o(mul_y));
   rc_carry #(.From(T_KT), .To(T_TR_IN)) u_tau_tr (.clk_i, .in_i(mul_y), .out_o(tau_tr));
   rc_carry #(.From(T_KT_IN), .To(T_TR_IN)) u_tr_tr (.clk_i, .in_i(component(tr_in, is_x, is_y)), .out_o(tr_tr));
-  rc_hold #(.Width(1), .Beats(B), .From(0), .To(T_TR_IN), .Span(3)) u_transmits_tr (
-    .clk_i, .now_i(beat_q[0]), .in_i(rule.transmits), .out_o(transmits_tr)
+  rc_spread #(.Width(1), .Beats(B), .From(0), .To(T_TR_IN)) u_transmits_tr (
+    .clk_i, .beat_i(beat_q), .in_i(rule.transmits), .out_o(transmits_tr)
   );
 
   // ---- the one adder: 1 - alpha'; t + T_MIN -----------------------------------------------------------------------------
@@ -147,8 +147,8 @@ module rc_through import rc_pkg::*; import rc_shade_pkg::*; (
   assign add_a     = beat_q[T_TM_IN] ? in_q.hit.t : FP_ONE;
   assign add_b     = beat_q[T_TM_IN] ? T_MIN : fp_neg(alpha_cut);
   rc_fp_add #(.Latency(LAT_ADD)) u_add (.clk_i, .a_i(add_a), .b_i(add_b), .y_o(add_y));
-  rc_hold #(.Beats(B), .From(T_REST), .To(T_TR_IN), .Span(3)) u_rest_tr (
-    .clk_i, .now_i(beat_q[T_REST % B]), .in_i(add_y), .out_o(rest_tr)
+  rc_spread #(.Beats(B), .From(T_REST), .To(T_TR_IN)) u_rest_tr (
+    .clk_i, .beat_i(beat_q), .in_i(add_y), .out_o(rest_tr)
   );
   rc_hold #(.Beats(B), .From(T_TM), .To(T_END)) u_t_end (
     .clk_i, .now_i(beat_q[T_TM % B]), .in_i(add_y), .out_o(t_end)

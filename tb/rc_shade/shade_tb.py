@@ -269,9 +269,11 @@ LATENCIES = {
     "odd": dict(ADD=3, ADD3=3, MUL=2, DIV=5, SQRT=3, POW=3),
     "long": dict(ADD=2, ADD3=4, MUL=5, DIV=20, SQRT=6, POW=2),
 }
-PRIM = [f"prim/rc_{n}.sv" for n in ("delay", "ram_1r1w", "skid", "fifo", "rr_arb")]
-UNITS = [f"fp/rc_fp_{n}.sv" for n in ("pipe", "norm", "round", "add", "add3", "cmp", "mul", "div", "sqrt", "pow")]
+PRIM = [f"prim/rc_{n}.sv" for n in ("delay", "ram_1r1w", "skid", "fifo", "rr_arb", "idx_pool")]
+UNITS = [f"fp/rc_fp_{n}.sv" for n in ("pipe", "norm", "round", "add", "add3", "cmp", "mul", "div", "sqrt", "pow", "from_int")]
 PARTS = ["shade/rc_shade_pkg.sv", *[f"shade/rc_{n}.sv" for n in ("carry", "hold", "gather", "keep", "phong", "light_end")]]
+SHADE = sorted((str(f.relative_to(RTL)) for f in (RTL / "shade").glob("*.sv") if str(f.relative_to(RTL)) not in PARTS),
+               key=lambda name: ("_pkg" not in name, name)) + ["mem/rc_ro_cache.sv"]      # what rc_shade needs besides
 
 
 def some(count):

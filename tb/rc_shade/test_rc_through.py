@@ -218,4 +218,4 @@ async def one_blocker_in_eight_cycles(dut):
 @pytest.mark.parametrize("latencies", sh.LATENCIES)
 def test_rc_through(latencies):
     """The same tests on builds with other latencies of the functional units."""
-    sh.run("rc_through", latencies, ["shade/rc_through.sv"], "test_rc_through")
+    sh.run("rc_through", latencies, ["shade/rc_spread.sv", "shade/rc_through.sv"], "test_rc_through")

@@ -19,7 +19,7 @@ module rc_accum import rc_pkg::*; import rc_shade_pkg::*; (
   input  logic                    upd_valid_i,
   output logic                    upd_ready_o,
   input  upd_t                    upd_i,
-  output logic                    taken_o,          // an update was taken: in the three cycles after it come, of its index,
+  output logic                    taken_o,          // an update was taken: then come for three cycles, of its index,
   output ray_id_t                 taken_id_o,
   input  vec3_t                   w_i,              //   the weight of the ray that came,
   input  logic                    first_i,          //   whether that is a primary ray,

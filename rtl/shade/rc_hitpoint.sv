@@ -108,8 +108,8 @@ module rc_hitpoint import rc_pkg::*; import rc_shade_pkg::*; (
     err_o       <= '{code: ERR_MAT, addr: addr_t'(in_info_i.mat)};
   end
 
-  // ---- what is not computed with, until the context is written; rays leave in order ----------------------------------
-  typedef struct packed {alpha_e mode; point_t point; idx_t tri_idx; depth_t depth; vec3_t w;} rest_t;   // but point.alpha
+  // ---- what is not computed with (all of point but alpha) waits for the context to be written; rays leave in order -------
+  typedef struct packed {alpha_e mode; point_t point; idx_t tri_idx; depth_t depth; vec3_t w;} rest_t;
   typedef struct packed {mat_flags_t flags; fp_t cutoff; fp_t alpha;} rule_t;
   material_t ld_mat;
   rule_t     rule;
@@ -173,10 +173,11 @@ module rc_hitpoint import rc_pkg::*; import rc_shade_pkg::*; (
   );
 
   // ---- s, and n . d in the beat that it leaves free -----------------------------------------------------------------
-  fp_t   nd, s_nd;
+  fp_t   nd, s_nd, e1_in, e2_in;
   vec3_t nd_in, s_add;
-  rc_fp_mul #(.Latency(LAT_MUL)) u_mul_be (.clk_i, .a_i(in_q.hit.beta), .b_i(component(tri_q.e1, is_x, is_y)), .y_o(be));
-  rc_fp_mul #(.Latency(LAT_MUL)) u_mul_ge (.clk_i, .a_i(in_q.hit.gamma), .b_i(component(tri_q.e2, is_x, is_y)), .y_o(ge));
+  assign {e2_in, e1_in} = {component(tri_q.e2, is_x, is_y), component(tri_q.e1, is_x, is_y)};
+  rc_fp_mul #(.Latency(LAT_MUL)) u_mul_be (.clk_i, .a_i(in_q.hit.beta), .b_i(e1_in), .y_o(be));
+  rc_fp_mul #(.Latency(LAT_MUL)) u_mul_ge (.clk_i, .a_i(in_q.hit.gamma), .b_i(e2_in), .y_o(ge));
   rc_fp_mul #(.Latency(LAT_MUL)) u_mul_nd (.clk_i, .a_i(n_in), .b_i(d_in), .y_o(nd));
   rc_gather #(.From(T_TD), .To(T_ND_IN)) u_nd_in (.clk_i, .in_i(nd), .vec_o(nd_in));
   rc_carry #(.From(T_IN), .To(T_TD)) u_n0_td (.clk_i, .in_i(n0_in), .out_o(n0_td));
@@ -280,8 +281,7 @@ module rc_hitpoint import rc_pkg::*; import rc_shade_pkg::*; (
   end
   logic unused_info;
   assign unused_info = ^{in_info_i.zero1, in_info_i.zero2, in_info_i.zero3, in_info_i.zero4, in_info_i.zero5,
-                         in_info_i.zero6, in_info_i.zero7, in_q.hit.any_hit, in_q.hit.hit, in_q.hit.opaque, in_q.hit.mat,
-                         ld_mat, rule.flags};
+                         in_info_i.zero6, in_info_i.zero7, in_q.hit, ld_mat, rule.flags};
 `ifndef SYNTHESIS
   always_ff @(posedge clk_i) begin
     if (rst_ni) begin

@@ -157,7 +157,8 @@ module rc_shade import rc_pkg::*; import rc_shade_pkg::*; #(
 
   // ---- lights and rays that go on; they share the contexts' read port -------------------------------------------------------
   logic    next_valid, next_ready, again_valid, again_ready, light_valid, light_ready, bounce_valid, bounce_ready;
-  logic    sec_wants, sec_start, k_valid, lit_valid, lit_add, end_valid, end_ready, start_valid, block_valid, block_ready;
+  logic    sec_wants, sec_start, k_valid, lit_valid, lit_add, end_valid, end_ready;
+  logic    start_valid, block_valid, block_ready;
   job_t    next_job, again_job, light_job, k_job;
   bounce_t bounce;
   ray_id_t end_id, start_id, block_id;

@@ -47,7 +47,7 @@ package rc_shade_pkg;
     return !a[FP_W-1] && a[FP_MAN_W+:FP_EXP_W] != '0 && a <= FP_INF;
   endfunction
 
-  function automatic fp_t fp_up16(fp_t a);                      // the 16th number after a, which is positive; at most infinity
+  function automatic fp_t fp_up16(fp_t a);                      // the 16th number after a > 0; at most infinity
     fp_t y;
     y = a + fp_t'(16);
     return (a >= FP_INF) ? a : (y > FP_INF) ? FP_INF : y;
@@ -97,7 +97,7 @@ package rc_shade_pkg;
   typedef struct packed {                  // one light for one hit point
     ray_id_t   id;
     light_id_t light;
-    fp_t       t_min;                      // of its shadow ray: T_MIN, or where it goes on behind a transparent triangle
+    fp_t       t_min;                      // of its shadow ray: T_MIN, or where it starts again
   } job_t;
 
   typedef struct packed {                  // what comes after the last light

@@ -31,9 +31,9 @@ def palette(b):
     b.varnish("worktop", patterns.marble((0.52, 0.54, 0.55), (0.24, 0.26, 0.30)), shine=0.3, sharpness=128.0)
     b.paint("check", patterns.weave((0.80, 0.22, 0.20), (0.92, 0.90, 0.84), 16), compact=True)
     b.paint("label", patterns.text((0.93, 0.90, 0.78), (0.35, 0.10, 0.10), 8, 16), compact=True)
-    b.varnish("china", colour=(0.86, 0.86, 0.84), shine=0.4, sharpness=128.0)
+    b.varnish("china", colour=(0.70, 0.70, 0.68), shine=0.4, sharpness=128.0)
     b.varnish("blue china", colour=(0.12, 0.25, 0.48), shine=0.5, sharpness=128.0)
-    b.paint("white", colour=(0.85, 0.85, 0.83), shine=0.1)
+    b.paint("white", colour=(0.74, 0.74, 0.72), shine=0.1)
     b.varnish("black", colour=(0.05, 0.05, 0.055), shine=0.4, sharpness=64.0)
     b.paint("apple", colour=(0.65, 0.08, 0.05), shine=0.4, sharpness=64.0)
     b.paint("pear", colour=(0.62, 0.66, 0.15), shine=0.3)
@@ -65,9 +65,11 @@ def shell(b):
         box((x0 - 0.05, y0 - 0.03, BACK - 0.147), (x1 + 0.05, y0 + 0.004, BACK + 0.06)), "worktop", 0.0, uv=box_map(1.0)
     )
     # Tiles between worktop and wall cupboards, 4 mm before the plaster.
-    for a, c, d, e in ((LEFT, COUNTER, x0, 1.5), (x1, COUNTER, 1.3, 1.5), (x0, COUNTER, x1, y0 - 0.03)):
-        b.add(box((a, c, BACK - 0.01), (d, e, BACK + 0.004)), "wall tiles", 0.0, uv=box_map(0.6))
-    b.add(box((LEFT - 0.01, COUNTER, BACK + 0.001), (LEFT + 0.004, 1.5, 0.9)), "wall tiles", 0.0, uv=box_map(0.6))
+    low, top, gap = COUNTER - 0.002, 1.498, 0.001
+    parts = ((LEFT - gap, x0 - gap, top), (x1 + gap, 1.3, top), (x0 + gap, x1 - gap, y0 - 0.025))
+    for a, d, e in parts:
+        b.add(box((a, low, BACK - 0.01), (d, e, BACK + 0.004)), "wall tiles", 0.0, uv=box_map(0.6))
+    b.add(box((LEFT - 0.01, low, BACK + 0.001), (LEFT + 0.004, top, 0.9)), "wall tiles", 0.0, uv=box_map(0.6))
 
 
 def cupboards(b, x0, x1, y0, y1, depth, yaw, at, doors):
@@ -91,7 +93,7 @@ def counters(b):
     """Cupboards, worktops, sink with tap, stove with pots, hood, refrigerator."""
     cupboards(b, LEFT + DEEP, -0.35, 0.1, COUNTER - 0.04, DEEP - 0.05, 0.0, (0.0, 0.0, BACK), 3)
     cupboards(b, 0.35, 1.3, 0.1, COUNTER - 0.04, DEEP - 0.05, 0.0, (0.0, 0.0, BACK), 2)
-    cupboards(b, -0.9, 2.0 - DEEP, 0.1, COUNTER - 0.04, DEEP - 0.05, 90.0, (LEFT, 0.0, 0.0), 5)
+    cupboards(b, -0.9, 1.99 - DEEP, 0.1, COUNTER - 0.04, DEEP - 0.05, 90.0, (LEFT, 0.0, 0.0), 5)
     cupboards(b, 0.32, 1.3, 1.5, 2.25, 0.34, 0.0, (0.0, 0.0, BACK), 2)
     cupboards(b, 0.4, 1.985, 1.5, 2.25, 0.34, 90.0, (LEFT, 0.0, 0.0), 3)
     # Worktops: round the sink, left of the stove, on the left wall. The pieces end inside each other.
@@ -108,8 +110,8 @@ def counters(b):
     b.add(np.concatenate((basin[:6], basin[8:]))[:, ::-1], "chrome", 0.0)  # without its lid, seen from inside
     b.add(furniture.tap(24), "chrome", 60.0, at=((sink[0] + sink[1]) / 2.0, COUNTER - 0.001, z0 - 0.05))
     # Stove: black top, oven door with a glass pane and a bar, knobs; a hood above.
-    b.add(box((-0.34, 0.02, BACK + 0.003), (0.34, COUNTER - 0.01, front - 0.01)), "white", 0.0)
-    b.add(rounded_box((0.67, 0.03, 0.57), 0.008, 4) + (0.0, COUNTER - 0.005, BACK + 0.305), "black", 50.0)
+    b.add(box((-0.332, 0.02, BACK + 0.003), (0.332, COUNTER - 0.01, front - 0.01)), "white", 0.0)
+    b.add(rounded_box((0.67, 0.03, 0.57), 0.008, 4) + (0.0, COUNTER - 0.005, BACK + 0.31), "black", 50.0)
     b.add(rounded_box((0.60, 0.50, 0.03), 0.01, 4) + (0.0, 0.42, front - 0.004), "black", 50.0)
     b.add(furniture.handle(0.5, 16) + (0.0, 0.70, front + 0.008), "chrome", 60.0)
     knob = turn(lathe([(0.0, 0.0), (0.024, 0.0), (0.020, 0.022), (0.0, 0.024)], 40), 90.0, "x")
@@ -253,7 +255,7 @@ def build():
     )
     lights = [
         Light((-0.9, TOP - 0.16, 0.0), (1.00, 0.97, 0.90), attenuation=(0.55, 0.08, 0.05)),
-        Light((x, y - 0.06, z), (0.80, 0.70, 0.55), attenuation=(0.55, 0.10, 0.06)),
+        Light((x, y - 0.06, z), (0.70, 0.62, 0.50), attenuation=(0.55, 0.10, 0.06)),
     ]
     camera = Camera((2.05, 1.62, 2.30), (-0.35, 0.98, -0.75), fov=58.0)
     return b.scene(camera, lights, background=(0.70, 0.82, 0.95), depth=10)

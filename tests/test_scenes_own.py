@@ -370,3 +370,9 @@ def test_patterns_repeat(image):
         inside = np.abs(np.diff(x, axis=axis)).mean(axis=(1 - axis, 2))
         seam = np.abs(x.take(0, axis) - x.take(-1, axis)).mean()
         assert seam <= inside.max() * 1.5 + 1.0
+
+
+@pytest.mark.parametrize("name", COUNTS)
+def test_documented(name, built):
+    page = (generators.FOLDER.parent / "docs" / "scenes.md").read_text(encoding="utf-8")
+    assert f"| `{name}` | {len(built(name).triangles):,} |" in page

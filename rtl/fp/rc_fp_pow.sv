@@ -101,9 +101,9 @@ module rc_fp_pow #(
     logic [6:0]           a_exp;
     logic [LOG_POS_W-1:0] pos;
     logic [BOW_W-1:0]     bow;                                  // pos (1 - pos)
-    log_t                 entry;
   } p1_t;
   p1_t  p1_d, p1_q;
+  log_t p1_entry_d, p1_entry_q;
   logic [BOW_W-1:0] pos;
   logic a_zero, b_zero, a_max, b_max;
   assign a_zero = a_i[22:16] == '0;
@@ -119,16 +119,17 @@ module rc_fp_pow #(
   assign pos        = BOW_W'(a_i[LOG_POS_W-1:0]);
   assign p1_d.pos   = a_i[LOG_POS_W-1:0];
   assign p1_d.bow   = pos * (BOW_W'(1 << LOG_POS_W) - pos);
-  assign p1_d.entry = LOG[a_i[15-:LOG_IDX_W]];
+  assign p1_entry_d = LOG[a_i[15-:LOG_IDX_W]];
   rc_fp_pipe #(.Width($bits(p1_t)), .Stages(N1)) u_p1 (.clk_i, .d_i(p1_d), .q_o(p1_q));
+  rc_fp_pipe #(.Width($bits(log_t)), .Stages(N1)) u_p1_entry (.clk_i, .d_i(p1_entry_d), .q_o(p1_entry_q));
 
   // ---- P2: the bow is 1/4, 2^16 in its units, in the middle, where the logarithm is `bulge` above the line ---------------
   localparam int unsigned SUM_W = LOG_FRAC_W + 16;
   typedef struct packed {kind_t kind; logic [22:0] b; logic signed [LOG_W-1:0] log;} p2_t;
   p2_t              p2_d, p2_q;
   logic [SUM_W-1:0] sum;
-  assign sum = {p1_q.entry.node, 16'd0} + (SUM_W'(p1_q.entry.step) * SUM_W'(p1_q.pos) << (16 - LOG_POS_W))
-               + SUM_W'(p1_q.entry.bulge) * SUM_W'(p1_q.bow);
+  assign sum = {p1_entry_q.node, 16'd0} + (SUM_W'(p1_entry_q.step) * SUM_W'(p1_q.pos) << (16 - LOG_POS_W))
+               + SUM_W'(p1_entry_q.bulge) * SUM_W'(p1_q.bow);
   assign p2_d.kind = p1_q.kind;
   assign p2_d.b    = p1_q.b;
   assign p2_d.log  = {p1_q.a_exp - 7'd63, sum[SUM_W-1:16]};      // below 1 is negative

@@ -159,7 +159,9 @@ ROOM = {
     "lights": [{"position": [-3, 4, 2]}],
     "background": [0.02, 0.03, 0.05],
 }
-FLOOR = "v -4 -0.1 -4\nv 4 -0.1 -4\nv 4 -0.1 4\nv -4 -0.1 4\nvt 0 0\nvt 3 0\nvt 3 3\nvt 0 3\nf 1/1 3/3 2/2\nf 1/1 4/4 3/3\n"
+FLOOR = (
+    "v -4 -0.1 -4\nv 4 -0.1 -4\nv 4 -0.1 4\nv -4 -0.1 4\nvt 0 0\nvt 3 0\nvt 3 3\nvt 0 3\nf 1/1 3/3 2/2\nf 1/1 4/4 3/3\n"
+)
 
 
 @pytest.fixture
@@ -217,7 +219,9 @@ def test_srgb(run, room, tmp_path):
     decoded = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
     assert np.abs(decoded - linear).max() < 0.5 / 255 + 0.5 / 1023 + 2.3 * 0.5 / 255
     dark = linear < 0.1
-    assert len(np.unique(np.asarray(encoded)[dark])) > len(np.unique(np.asarray(Picture.open(tmp_path / "linear.png"))[dark]))
+    assert len(np.unique(np.asarray(encoded)[dark])) > len(
+        np.unique(np.asarray(Picture.open(tmp_path / "linear.png"))[dark])
+    )
 
 
 def test_notes(run, obj, tmp_path):

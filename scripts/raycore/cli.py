@@ -196,7 +196,9 @@ def _main():
 def render(
     scene: Annotated[
         str,
-        typer.Argument(metavar="SCENE", help="glTF, GLB, OBJ, PLY or STL file, JSON of ours, or one of our scenes by name."),
+        typer.Argument(
+            metavar="SCENE", help="glTF, GLB, OBJ, PLY or STL file, JSON of ours, or one of our scenes by name."
+        ),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="OUT.png", help="The picture, row 0 at the top.")],
     size: Annotated[str, typer.Option(metavar="WxH", help="Size of the picture in pixels.")] = "320x192",
@@ -225,7 +227,9 @@ def render(
     ] = None,
     min_weight: Annotated[
         float,
-        typer.Option(metavar="W", help="Rays that could add no more than this to a pixel are not traced; 0 to less than 1."),
+        typer.Option(
+            metavar="W", help="Rays that could add no more than this to a pixel are not traced; 0 to less than 1."
+        ),
     ] = 1.0 / 256.0,
     no_shadows: Annotated[bool, typer.Option("--no-shadows", help="Trace no shadow rays.")] = False,
     trilinear: Annotated[
@@ -235,7 +239,8 @@ def render(
         bool, typer.Option("--no-textures", help="Use the mean colour of each texture instead of it.")
     ] = False,
     compact_textures: Annotated[
-        bool, typer.Option("--compact-textures", help="Store 16 bits a texel (RGBA5551) instead of 32: half the traffic.")
+        bool,
+        typer.Option("--compact-textures", help="Store 16 bits a texel (RGBA5551) instead of 32: half the traffic."),
     ] = False,
     srgb: Annotated[
         bool,

@@ -178,7 +178,13 @@ def stats(rendered, **more):
 def summary(values):
     """(what, figure) pairs that a person wants to see, from `stats`."""
     rays = values["rays"]
-    named = {"primary": "primary", "shadow": "shadow", "reflect": "reflected", "transmit": "transmitted", "culled": "culled"}
+    named = {
+        "primary": "primary",
+        "shadow": "shadow",
+        "reflect": "reflected",
+        "transmit": "transmitted",
+        "culled": "culled",
+    }
     out = [("rays", ", ".join(f"{rays[kind]:,} {name}" for kind, name in named.items()))]
     deepest = max(len(depths) for depths in values["rays_by_depth"].values()) - 1
     if deepest > 0:

@@ -131,9 +131,7 @@ def load_file(path):
     except (KeyboardInterrupt, SceneError):
         raise
     except Exception as error:  # whatever a parser raises on a broken file
-        raise SceneError(
-            f"{path}: cannot be read as {suffix[1:].upper()} ({reason(error)}); is it complete?"
-        ) from None
+        raise SceneError(f"{path}: cannot be read as {suffix[1:].upper()} ({reason(error)}); is it complete?") from None
     parts = [p for p in loaded.parts if len(p.triangles)]
     if not parts:
         raise SceneError(f"{path}: no triangles in it; give a mesh with faces")

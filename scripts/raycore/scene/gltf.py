@@ -123,7 +123,6 @@ class Document:
             self._textures[source, wrap] = texture_of(image, wrap, name)
         return self._textures[source, wrap]
 
-
     def mean(self, info, usage, srgb=False):
         """Mean of a map over what uses it: (4,) in [0, 1], or None if there is none. srgb: of linear colours.
 
@@ -266,7 +265,9 @@ def _phong(document, source, name, surface, usage):
     emission = emission * extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
     glow = source.get("emissiveTexture")
     if glow is not None and emission.any():
-        if base_map(source) is glow:  # all that it shows is its light: the texture multiplies that as the ambient colour
+        if (
+            base_map(source) is glow
+        ):  # all that it shows is its light: the texture multiplies that as the ambient colour
             material = Material(name, times(emission), (0.0, 0.0, 0.0), texture=texture)
             return _with_alpha(notes, material, source, surface)
         mean = document.mean(glow, usage, srgb=True)
@@ -376,7 +377,9 @@ def load(path, notes):
         placed.append((triangles, normals, number, uv, colours))
         if uv is not None and number is not None:
             used.setdefault(number, []).append((triangles, uv))
-    materials = {i: convert(document, i, usage_of(used.get(i))) for i in dict.fromkeys(p[2] for p in placed) if i is not None}
+    materials = {
+        i: convert(document, i, usage_of(used.get(i))) for i in dict.fromkeys(p[2] for p in placed) if i is not None
+    }
     parts = []
     for triangles, normals, number, uv, colours in placed:
         material = default_material() if number is None else materials[number]
@@ -426,8 +429,12 @@ def _read(document, uv_sets):
     if document.path.suffix.lower() == ".gltf":
         return read_trimesh(io.BytesIO(text), file_type="gltf", **options)
     text += b" " * (-len(text) % 4)
-    chunks = b"".join(struct.pack("<II", len(body), kind) + body for kind, body in ((JSON_CHUNK, text), *document.chunks))
-    return read_trimesh(io.BytesIO(struct.pack("<III", MAGIC, 2, 12 + len(chunks)) + chunks), file_type="glb", **options)
+    chunks = b"".join(
+        struct.pack("<II", len(body), kind) + body for kind, body in ((JSON_CHUNK, text), *document.chunks)
+    )
+    return read_trimesh(
+        io.BytesIO(struct.pack("<III", MAGIC, 2, 12 + len(chunks)) + chunks), file_type="glb", **options
+    )
 
 
 def _prepare(notes, primitive, uv_sets, name):
@@ -514,5 +521,3 @@ def _lights(found, notes):
             notes.add("spots shine into all directions", light.get("name"))
         out.append(Light(tuple(map(float, position)), colour))
     return out
-
-

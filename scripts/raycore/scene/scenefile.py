@@ -51,7 +51,10 @@ def read_document(path):
     errors = sorted(_validator().iter_errors(document), key=lambda e: (len(e.absolute_path), str(e.absolute_path)))
     if errors:
         error = errors[-1]  # the deepest one says most
-        message = " ".join(error.message.split())
+        message, shown = error.message, repr(error.instance)
+        if len(shown) > 60:
+            message = message.replace(shown, "what is there")
+        message = " ".join(message.split())
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         raise SceneError(f"{path}: {_where(error.absolute_path)}: {message[:200]}{more}; see scene.schema.json")
     return document

@@ -236,6 +236,34 @@ def test_power_of_random_pairs(seed):
     assert worst_below < 2 and worst_above < 4
 
 
+def power_ties():
+    """Pairs (2^k, b) whose result lies on a tie of the last rounding, or one unit of its last fraction bit beside it."""
+    _, _, nodes = fp24.pow_tables()
+    place = np.arange(1 << 14)
+    a, b = [], []
+    k, m = (v.ravel() for v in np.meshgrid(np.arange(1, 63), np.arange(-3, 7)))
+    for j in range(256):
+        y = (nodes[j] << 14) + (nodes[j + 1] - nodes[j]) * place
+        for frac in j << 14 | np.flatnonzero(np.abs((y & 0x3FFFF) - 0x20000) < 2):      # fraction, 22 bits
+            for t in frac + (np.arange(62) << 22):
+                sig = -(-t * 2.0**m // k).astype(np.int64)                           # k sig 2^-m is t and less than 1 more
+                ok = (sig >= 1 << 16) & (sig < 1 << 17) & (np.floor(k * sig * 2.0**-m) == t)
+                if ok.any():
+                    i = np.flatnonzero(ok)[0]
+                    a.append(63 + k[i] << 16)
+                    b.append((63 + 16 - 22 - m[i] << 16) + sig[i] - (1 << 16))
+                    break
+    return np.array(a, dtype=np.uint32), np.array(b, dtype=np.uint32)
+
+
+def test_power_on_ties():
+    """Rounding where it is closest: a tie, or just above or below one, with an even and an odd last place."""
+    a, b = power_ties()
+    print(f"{a.size} pairs")
+    assert a.size > 50
+    compare(a, b, b, only=("pow",))
+
+
 def test_small_format_on_all_triples():
     """The same RTL as a 1-3-4 format: all 2^24 triples, hence all pairs."""
     i = np.arange(1 << 24, dtype=np.uint32)

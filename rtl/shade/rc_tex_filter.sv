@@ -53,7 +53,7 @@ module rc_tex_filter import rc_pkg::*; import rc_tex_pkg::*; #(
                       fy: in_sample_i.fy, fx: in_sample_i.fx};
       f0_srgb_q  <= in_sample_i.srgb;
       f0_texel_q <= texel;
-    end else begin
+    end else if (f0_q.valid) begin
       f0_q.channel <= f0_q.channel + 2'd1;
       if (f0_q.channel == 2'd3) f0_q.valid <= 1'b0;
       for (int k = 0; k < 4; k++) f0_texel_q[k] <= 32'(f0_texel_q[k][31:8]);

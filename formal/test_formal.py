@@ -16,8 +16,11 @@ FP = ["fp/rc_fp_pipe.sv", "fp/rc_fp_norm.sv", "fp/rc_fp_round.sv"]
 QUEUE = ["prim/rc_ram_1r1w.sv", "prim/rc_skid.sv", "prim/rc_fifo.sv"]
 
 
-def prove(name, top, rtl, engine, *, mode="bmc", depth=3, parameters=None):
-    """Run sby on formal/<top>.sv in build/formal/<name>. Returns (status, folder); status is PASS or FAIL."""
+def prove(name, top, rtl, engine, *, mode="bmc", depth=3, parameters=None, passes=()):
+    """Run sby on formal/<top>.sv in build/formal/<name>. passes: more Yosys commands on the flat design.
+
+    Returns: (status, folder); status is PASS or FAIL.
+    """
     folder = BUILD / "formal" / name
     shutil.rmtree(folder, ignore_errors=True)
     folder.parent.mkdir(parents=True, exist_ok=True)
@@ -29,7 +32,7 @@ def prove(name, top, rtl, engine, *, mode="bmc", depth=3, parameters=None):
         "[engines]", engine,
         "[script]",
         f"read_slang --no-synthesis-define {generics} --top {top} {' '.join(f.name for f in files)}",
-        f"prep -top {top}",
+        f"prep -top {top}", *passes,
         "[files]", *map(str, files), ""]))
     import pyosys
 

@@ -28,7 +28,7 @@ module rc_bounce import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_pkg:
   output logic             child_transmit_o,
   output child_t           child_o
 );
-  // ---- time: as in rc_light. The material's flags are in a slot from the third on, tir from T_SEL on ----------------------------
+  // ---- time: as in rc_light. The material's flags are in a slot from the third on, tir from T_SEL on ------------------
   typedef struct packed {half_t half; logic tir; optic_flags_t flags; ctx_scalar_t ctx;} slot_t;
   logic  [BEATS-1:0] beat_q;
   logic  [SLOTS-1:0] valid_q;
@@ -63,7 +63,7 @@ module rc_bounce import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_pkg:
              straight: transmitted && !s.flags.transmits};
   endfunction
 
-  // ---- materials, in pieces that are read when they are due; beats pass while they are loaded, too --------------------------------
+  // ---- materials, in pieces that are read when they are due; beats pass while they are loaded, too --------------------
   typedef struct packed {fp_t inv_ior; fp_t ior;} ior_t;
   material_t  ld_mat;
   optics_t    ld_optics;
@@ -78,7 +78,8 @@ module rc_bounce import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_pkg:
   assign ld_we_optics = ld_valid_i && ld_kind_i == LD_OPTICS;
   rc_ram_1r1w #(.Width($bits(optic_flags_t)), .Depth(MAX_MATERIALS)) u_flags (
     .clk_i, .we_i(ld_we_mat), .waddr_i(ld_idx_i),
-    .wdata_i({ld_flags.alpha_mode != ALPHA_OPAQUE, ld_flags.tex_kr, ld_flags.fresnel, ld_flags.transmits, ld_flags.reflects}),
+    .wdata_i({ld_flags.alpha_mode != ALPHA_OPAQUE, ld_flags.tex_kr, ld_flags.fresnel, ld_flags.transmits,
+              ld_flags.reflects}),
     .re_i(beat_q[T_MAT % BEATS] && !ld_valid_i), .raddr_i(slot_q[T_MAT/BEATS].ctx.mat), .rdata_o(flags)
   );
   rc_ram_1r1w #(.Width($bits(ior_t)), .Depth(MAX_MATERIALS)) u_ior (
@@ -94,11 +95,11 @@ module rc_bounce import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_pkg:
     .re_i(beat_q[(T_F_IN - 1) % BEATS] && !ld_valid_i), .raddr_i(slot_q[(T_F_IN - 1) / BEATS].ctx.mat), .rdata_o(kt)
   );
 
-  // ---- Snell's law ------------------------------------------------------------------------------------------------------------------
+  // ---- Snell's law ----------------------------------------------------------------------------------------------------
   slot_t        slot_eta, slot_k1, slot_x;
   optic_flags_t flags_k1;
-  fp_t          eta, eta_ce, cos_ce, snell_a, snell_b, snell_y, ee_k1, ce_cc, ce_b, cc_k, k1_k, sum_a, sum_b, sum, root, sk_b;
-  fp_t          nn, nn_len;
+  fp_t          eta, eta_ce, cos_ce, snell_a, snell_b, snell_y, ee_k1, ce_cc, ce_b, cc_k, k1_k;
+  fp_t          sum_a, sum_b, sum, root, sk_b, nn, nn_len;
   function automatic fp_t cosine(fp_t md);                     // between the ray and the normal; 0 beyond a right angle
     return fp_is_positive(fp_neg(md)) ? fp_neg(md) : FP_ZERO;
   endfunction
@@ -134,7 +135,7 @@ module rc_bounce import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_pkg:
   rc_carry #(.From(T_N2), .To(T_LEN_IN)) u_nn_len (.clk_i, .in_i(nn), .out_o(nn_len));
   rc_fp_sqrt #(.Latency(LAT_SQRT)) u_sqrt (.clk_i, .a_i(beat_q[T_K % BEATS] ? sum : nn_len), .y_o(root));
 
-  // ---- which child it is, its direction ----------------------------------------------------------------------------------------------
+  // ---- which child it is, its direction -------------------------------------------------------------------------------
   ctx_axis_t ctx;
   slot_t     slot_turn;
   turn_t     turn;
@@ -146,8 +147,8 @@ module rc_bounce import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_pkg:
   rc_carry #(.From(T_B), .To(T_TURN)) u_b_turn (.clk_i, .in_i(sum), .out_o(b_turn));
   assign factor = turn.refract ? b_turn : fp_neg(fp_twice(slot_turn.ctx.md));
   rc_bounce_dir u_dir (
-    .clk_i, .beat_i(beat_q), .d_i(ctx.d), .m_i(ctx.m), .g_i(g_o), .eta_i(eta), .refract_i(turn.refract), .straight_i(turn.straight),
-    .factor_i(factor), .nn_o(nn), .len_i(root), .dir_o(dir)
+    .clk_i, .beat_i(beat_q), .d_i(ctx.d), .m_i(ctx.m), .g_i(g_o), .eta_i(eta),
+    .refract_i(turn.refract), .straight_i(turn.straight), .factor_i(factor), .nn_o(nn), .len_i(root), .dir_o(dir)
   );
 
   // Hit points float above their triangle; a transmitted ray starts as far below.
@@ -166,7 +167,7 @@ module rc_bounce import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_pkg:
     .clk_i, .a_i(p_o), .b_i(fp_neg(lift_o ? fp_down16(g_o) : FP_ZERO)), .y_o(org)
   );
 
-  // ---- its weight ------------------------------------------------------------------------------------------------------------------------
+  // ---- its weight -----------------------------------------------------------------------------------------------------
   fp_t   w, alpha_sh;
   logic  heavy, heavy_end, tex_kr;
   rc_spread #(.Width(1), .Beats(BEATS), .From(T_KR_IN - 1), .To(T_KR_IN)) u_tex_kr (
@@ -183,7 +184,7 @@ module rc_bounce import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_pkg:
     .w_o(w), .heavy_o(heavy)
   );
 
-  // ---- the end ----------------------------------------------------------------------------------------------------------------------------
+  // ---- the end --------------------------------------------------------------------------------------------------------
   slot_t slot_end;
   turn_t turn_end;
   assign slot_end = slot_q[SLOTS-1];

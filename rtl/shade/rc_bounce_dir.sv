@@ -20,7 +20,7 @@ module rc_bounce_dir import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_
 );
   localparam fp_t NOTHING = 24'h800000;                          // -0: x + -0 = x
 
-  // ---- v ----------------------------------------------------------------------------------------------------------------------
+  // ---- v --------------------------------------------------------------------------------------------------------------
   fp_t   d_ed, d_v, m_tm, eta, factor, tm, ed, gv, gv_g, v_add_a, v_add_b, v_sum;
   logic  refract_v, straight_v;
   rc_carry #(.From(T_CTX), .To(T_ED_IN)) u_d_ed (.clk_i, .in_i(d_i), .out_o(d_ed));
@@ -63,7 +63,7 @@ module rc_bounce_dir import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_
   end
   rc_fp_add #(.Latency(LAT_ADD)) u_add_v (.clk_i, .a_i(v_add_a), .b_i(v_add_b), .y_o(v_sum));
 
-  // ---- n: the reflected ray must leave on the viewer's side of the triangle, the refracted one on the other ------------------------
+  // ---- n: the reflected ray must leave on the viewer's side of the triangle, the refracted one on the other -----------
   fp_t   g_gg, v_n, gv_twice, gg, nn, n_nn, n_add_a, n_add_b, n_sum;
   logic  refract_g, straight_g, straight_inv, wrong, wrong_n;
   rc_carry #(.From(T_V_IN), .To(T_GV_IN)) u_g_gv (.clk_i, .in_i(g_i), .out_o(gv_g));
@@ -82,8 +82,8 @@ module rc_bounce_dir import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_
   );
   fp_t n_dir, inv_dir;
   rc_trio u_mul_n (
-    .clk_i, .beat_i(gg_beat), .a_i({g_gg, gv_twice}), .b_i({n_dir, inv_dir}), .c_i({n_nn, n_nn}), .s_i({FP_ZERO, FP_ZERO}),
-    .a_o(gg), .b_o(dir_o), .c_o(nn), .s_o(unused_s_gg)
+    .clk_i, .beat_i(gg_beat), .a_i({g_gg, gv_twice}), .b_i({n_dir, inv_dir}), .c_i({n_nn, n_nn}),
+    .s_i({FP_ZERO, FP_ZERO}), .a_o(gg), .b_o(dir_o), .c_o(nn), .s_o(unused_s_gg)
   );
 
   // The adder of n also adds up n . n.
@@ -104,7 +104,7 @@ module rc_bounce_dir import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_
   rc_fp_add #(.Latency(LAT_ADD)) u_add_n (.clk_i, .a_i(n_add_a), .b_i(n_add_b), .y_o(n_sum));
   assign nn_o = n_sum;
 
-  // ---- unit length -----------------------------------------------------------------------------------------------------------------
+  // ---- unit length ----------------------------------------------------------------------------------------------------
   fp_t inv;
   rc_fp_div #(.Latency(LAT_DIV)) u_div (.clk_i, .a_i(FP_ONE), .b_i(len_i), .y_o(inv));
   rc_hold #(.Width(1), .Beats(BEATS), .From(T_TURN), .To(T_INV)) u_turn_inv (

@@ -12,7 +12,7 @@ package rc_bounce_pkg;
     return latest - (latest % BEATS + BEATS - like % BEATS) % BEATS;
   endfunction
 
-  // ---- Snell's law: one multiplier (ee, ce, cc), one adder (k1, b, k), the square root -------------------------------------
+  // ---- Snell's law: one multiplier (ee, ce, cc), one adder (k1, b, k), the square root --------------------------------
   parameter int unsigned T_CTX   = 1;                             // context: x, y, z, scalars
   parameter int unsigned T_MAT   = T_CTX + 4;                     // the scalars are in slot 1
   parameter int unsigned T_ETA   = T_MAT + 1;                     // flags, eta
@@ -32,7 +32,7 @@ package rc_bounce_pkg;
   parameter int unsigned T_B     = T_B_IN + LAT_ADD;              // b
   parameter int unsigned T_TURN  = later(T_B, T_SEL);             // which child it is, and its factor of m
 
-  // ---- direction (rc_bounce_dir): two trios of multipliers, two adders with their dot products --------------------------------
+  // ---- direction (rc_bounce_dir): two trios of multipliers, two adders with their dot products ------------------------
   parameter int unsigned T_TM_IN = T_TURN + 1;                    // trio: a
   parameter int unsigned T_TM    = T_TM_IN + LAT_MUL;             // factor times m
   parameter int unsigned T_ED_IN = last_beat(T_TM - LAT_MUL, T_TM_IN + 1);                  // b
@@ -61,11 +61,11 @@ package rc_bounce_pkg;
   parameter int unsigned T_DIR_IN = next_beat(T_INV + 1, T_GG_IN + 1, BEATS);               // b
   parameter int unsigned T_DIR   = T_DIR_IN + LAT_MUL;            // n / |n|
 
-  // ---- origin ------------------------------------------------------------------------------------------------------------------
+  // ---- origin ---------------------------------------------------------------------------------------------------------
   parameter int unsigned T_O_IN  = T_V_IN;
   parameter int unsigned T_O     = T_O_IN + LAT_ADD;
 
-  // ---- weight (rc_bounce_weight): a trio and two multipliers, a trio of adders --------------------------------------------------
+  // ---- weight (rc_bounce_weight): a trio and two multipliers, a trio of adders ----------------------------------------
   parameter int unsigned T_X_IN  = T_SK;                          // adders: s
   parameter int unsigned T_X     = T_X_IN + LAT_ADD;              // x = 1 - cosine
   parameter int unsigned T_X2_IN = T_X;
@@ -95,7 +95,7 @@ package rc_bounce_pkg;
   parameter int unsigned T_END   = later(later(T_DIR + 2, T_O + 2), T_HEAVY + 1);
   parameter int unsigned SLOTS   = T_END / BEATS + 1;             // jobs inside
 
-  // ---- what is passed on ---------------------------------------------------------------------------------------------------------
+  // ---- what is passed on ----------------------------------------------------------------------------------------------
   typedef struct packed {                  // of mat_flags_t
     logic alpha;                           // not ALPHA_OPAQUE
     logic tex_kr;

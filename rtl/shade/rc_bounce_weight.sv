@@ -2,7 +2,7 @@
 // Weight of the child of a bounce (docs/whitted.md), component-serial; times in rc_bounce_pkg. Components are red, green, blue.
 //   T_X    x = 1 - cosine, at least 0     T_X5   x^5               T_KR   kr' = kr, or kr tex        T_UKR  1 - kr'
 //   T_RISE (1 - kr') x^5                  T_F    F = kr' + that by Schlick, or kr' + kt (total reflection)
-//   T_UF   1 - F                          T_TF   kt (1 - F)        T_SH   share: T tex of a refracted ray, w alpha' of a reflected one
+//   T_UF   1 - F                          T_TF   kt (1 - F)        T_SH   share: T tex (refracted), w alpha' (reflected)
 //   T_W    weight: w times the share, the share times R, or w (1 - alpha')         T_HEAVY  a component is > MIN_WEIGHT
 module rc_bounce_weight import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_pkg::*; (
   input  logic             clk_i,
@@ -26,7 +26,7 @@ module rc_bounce_weight import rc_pkg::*; import rc_shade_pkg::*; import rc_boun
     assign x5_beat[k] = beat_i[(T_X5_IN + 1 + k) % BEATS];
   end
 
-  // ---- x^5 ------------------------------------------------------------------------------------------------------------------------
+  // ---- x^5 ------------------------------------------------------------------------------------------------------------
   fp_t x_sum, x, x_x5, x2, x5, x5_rise, tf, tf_a, tf_b, kt_tf, uf_tf;
   assign x = fp_is_positive(x_sum) ? x_sum : FP_ZERO;
   always_comb begin
@@ -43,8 +43,9 @@ module rc_bounce_weight import rc_pkg::*; import rc_shade_pkg::*; import rc_boun
     .clk_i, .beat_i, .in_i(x5), .out_o(x5_rise)
   );
 
-  // ---- R and T ----------------------------------------------------------------------------------------------------------------------
-  fp_t   tex_kr, tex_sh, w_sh, w_w, product, kr_y, kr, kr_f, kr_r, ukr, ukr_rise, rise, rise_f, f, f_uf, uf, kt_sh, r, r_w;
+  // ---- R and T --------------------------------------------------------------------------------------------------------
+  fp_t  tex_kr, tex_sh, w_sh, w_w, product, kr_y, kr, kr_f, kr_r, ukr, ukr_rise, rise, rise_f, f, f_uf, uf;
+  fp_t  kt_sh, r, r_w;
   logic fresnel_f, fresnel_r, tir_r, fresnel_sh, refract_sh, refract_w, straight_w;
   rc_carry #(.From(T_CTX), .To(T_KR_IN)) u_tex_kr (.clk_i, .in_i(tex_i), .out_o(tex_kr));
   rc_carry #(.From(T_KR_IN), .To(T_SH_IN)) u_tex_sh (.clk_i, .in_i(tex_kr), .out_o(tex_sh));
@@ -82,7 +83,7 @@ module rc_bounce_weight import rc_pkg::*; import rc_shade_pkg::*; import rc_boun
   end
   rc_carry #(.From(T_F), .To(T_W_IN)) u_r (.clk_i, .in_i(r), .out_o(r_w));
 
-  // ---- weight -----------------------------------------------------------------------------------------------------------------------
+  // ---- weight ---------------------------------------------------------------------------------------------------------
   fp_t  sh_a, sh_b, sh_y, sh, rest_w, w_a, w_b;
   logic gt, first, heavy_q, unused_lt, unused_eq;
   always_comb begin

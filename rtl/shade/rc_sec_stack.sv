@@ -57,8 +57,9 @@ module rc_sec_stack #(
   logic [NumIds-1:0] pending_q;
   assign pending_o = pending_q;
 
-  // ---- jobs that wait --------------------------------------------------------------------------------------------------------
-  logic   holds, plain_valid, plain_ready, plain_pop, wait_valid, wait_ready, wait_pop, pops_valid, pops_ready, pops_pop;
+  // ---- jobs that wait -------------------------------------------------------------------------------------------------
+  logic   holds, plain_valid, plain_ready, plain_pop, wait_valid, wait_ready, wait_pop;
+  logic   pops_valid, pops_ready, pops_pop;
   logic   in_pop, in_plain, in_wait;
   plain_t plain;
   id_t    wait_id, pops_id;
@@ -80,7 +81,7 @@ module rc_sec_stack #(
     .out_valid_o(pops_valid), .out_ready_i(pops_pop), .out_data_o(pops_id), .count_o(unused_count[2])
   );
 
-  // ---- start: the second half of what was started; else plain and waiting jobs in turn --------------------------------------
+  // ---- start: the second half of what was started; else plain and waiting jobs in turn --------------------------------
   logic   second_q, turn_q, free_valid, use_wait, give_q;
   id_t    started_id_q, give_id_q;
   stack_t free_stack, give_stack_q;
@@ -106,7 +107,7 @@ module rc_sec_stack #(
     if (wait_pop) {give_id_q, give_stack_q} <= {wait_id, free_stack};
   end
 
-  // ---- a child comes -------------------------------------------------------------------------------------------------------------
+  // ---- a child comes --------------------------------------------------------------------------------------------------
   held_t held;
   logic  push, last, leave_q, pushed_q, give_back;
   id_t   child_id_q;
@@ -125,7 +126,7 @@ module rc_sec_stack #(
     if (child_valid_i) child_id_q <= child_id_i;
   end
 
-  // ---- pops ----------------------------------------------------------------------------------------------------------------------
+  // ---- pops -----------------------------------------------------------------------------------------------------------
   // What goes at once has the place for a ray that its job had.
   logic pop_start, pop1_q, pop2_q, pop_last;
   id_t  pop_id, pop1_id_q, pop2_id_q;
@@ -152,7 +153,7 @@ module rc_sec_stack #(
   assign pop_valid_o = pop2_q;
   assign pop_id_o    = pop2_id_q;
 
-  // ---- memories --------------------------------------------------------------------------------------------------------------------
+  // ---- memories -------------------------------------------------------------------------------------------------------
   logic  held_we, held_re;
   id_t   held_waddr;
   held_t held_wdata;

@@ -45,14 +45,15 @@ module rc_secondary import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_p
     vec3_t   org;
   } out_t;
 
-  logic       start_beat, start, start_valid, child_valid, child_traced, child_transmit, issue, ended, pop_take, pop_valid;
+  logic       start_beat, start, start_valid, child_valid, child_traced, child_transmit, issue, ended;
+  logic       pop_take, pop_valid;
   logic [4:0] end_beat;
   half_t      start_half, child_half;
   ray_id_t    next_id, pop_id;
   child_t     child, popped, leaving;
   room_t      room_q;
   assign job_ready_o = 1'b1;
-  assign start_o     = start_beat && start_valid && room_q > room_t'(1);          // one is left for a pop, which goes first
+  assign start_o     = start_beat && start_valid && room_q > room_t'(1);     // one is left for a pop, which goes first
   assign start       = start_o && start_gnt_i;
 
   rc_bounce u_bounce (
@@ -72,7 +73,7 @@ module rc_secondary import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_p
     .pop_valid_o(pop_valid), .pop_id_o(pop_id), .pop_data_o(popped), .pending_o
   );
 
-  // ---- room: of every job inside and every ray in the queue; a job leaves its place to the ray that it makes -------------------
+  // ---- room: of every job inside and every ray in the queue; a job leaves its place to the ray that it makes ----------
   logic freed, sec_pop;
   assign freed   = child_valid && ((child_half.branch && !child_half.second) || ended);
   assign sec_pop = sec_valid_o && sec_ready_i;
@@ -81,7 +82,7 @@ module rc_secondary import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_p
     else room_q <= room_q - room_t'(start) - room_t'(pop_take) + room_t'(freed) + room_t'(sec_pop);
   end
 
-  // ---- rays that leave; what a stack gives was transmitted ------------------------------------------------------------------------
+  // ---- rays that leave; what a stack gives was transmitted ------------------------------------------------------------
   out_t                        in, out;
   logic                        sec_in_ready, end_in_ready;
   logic [$clog2(ROOM+1)-1:0]    unused_sec;
@@ -95,8 +96,8 @@ module rc_secondary import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_p
     .clk_i, .rst_ni, .in_valid_i(path_valid_o), .in_ready_o(sec_in_ready), .in_data_i(in),
     .out_valid_o(sec_valid_o), .out_ready_i(sec_ready_i), .out_data_o(out), .count_o(unused_sec)
   );
-  assign sec_o = '{id: out.id, kind: out.transmit ? RAY_TRANSMIT : RAY_REFLECT, light: '0, depth: out.depth, skip: out.skip,
-                   t_min: T_MIN, t_max: FP_HUGE, dir: out.dir, org: out.org};
+  assign sec_o = '{id: out.id, kind: out.transmit ? RAY_TRANSMIT : RAY_REFLECT, light: '0, depth: out.depth,
+                   skip: out.skip, t_min: T_MIN, t_max: FP_HUGE, dir: out.dir, org: out.org};
   rc_fifo #(.data_t(ray_id_t), .Depth(NUM_IDS)) u_end (
     .clk_i, .rst_ni, .in_valid_i(ended), .in_ready_o(end_in_ready), .in_data_i(child_half.id),
     .out_valid_o(end_valid_o), .out_ready_i(end_ready_i), .out_data_o(end_id_o), .count_o(unused_end)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-"""Materials, textures and lights of files: what glTF and MTL say, by the mapping of docs/scenes.md, and what is said of the rest."""
+"""Materials, textures and lights of files: what glTF and MTL say, mapped as docs/scenes.md tells, and what is said of the rest."""
 
 import base64
 import io

@@ -12,8 +12,7 @@ from PIL import Image as Picture
 
 from raycore.errors import SceneError
 from raycore.image import check_material
-from raycore.scene import Camera, Light, Material, face_normals, load_scene
-from raycore.scene import scenefile
+from raycore.scene import Camera, Light, Material, face_normals, load_scene, scenefile
 from raycore.scene.scenefile import SCHEMA, transform_matrix
 
 TRIANGLE = "v 0 0 0\nv 2 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"

@@ -31,7 +31,7 @@ SHADOW_T_MIN = 1e-9  # of the double picture
 _primary_direction, _inverse, _trace = rgen.primary_direction, rgen.inverse, tracer.trace_ray
 _hit24, _light24, _add24 = shade.FP24.hit_point, shade.FP24.light_job, shade.FP24.add_k
 _hit64, _light64, _add64 = shade.DOUBLE.hit_point, shade.DOUBLE.light_job, shade.DOUBLE.add_k
-_trace64 = bvh.trace_ray
+_trace64, _coincident = bvh.trace_ray, bvh.coincident
 
 
 @dataclass
@@ -123,7 +123,23 @@ def _render24(
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def _render64(
-    mesh, org, info, mat, materials, lights, background, shadows, rgb, tri, hit, light, shadow_tri, shadow_hit, dirs
+    mesh,
+    triangles,
+    wanted,
+    org,
+    info,
+    mat,
+    materials,
+    lights,
+    background,
+    shadows,
+    rgb,
+    tri,
+    hit,
+    light,
+    shadow_tri,
+    shadow_hit,
+    dirs,
 ):
     height, width = tri.shape
     o = (org[0], org[1], org[2])
@@ -131,6 +147,7 @@ def _render64(
         for x in range(width):
             d = (dirs[y, x, 0], dirs[y, x, 1], dirs[y, x, 2])
             found, t, beta, gamma = _trace64(mesh, o, d, tracer.T_MIN, tracer.HUGE, -1, False)
+            found, t, beta, gamma = _coincident(triangles, wanted[y, x], o, d, found, t, beta, gamma)
             hit[y, x, 0], hit[y, x, 1], hit[y, x, 2] = t, beta, gamma
             tri[y, x] = found
             if found < 0:
@@ -228,16 +245,22 @@ def _info64(triangles, normals):
     return np.stack((a, normal, n0, n1 - n0, n2 - n0), axis=1)
 
 
-def render_double(image):
-    """The same view in double precision: mesh, camera, lights and materials as loaded, in the unit box. Returns: `Frame`."""
+def render_double(image, wanted=None):
+    """The same view in double precision: mesh, camera, lights and materials as loaded, in the unit box.
+
+    Args: image; wanted (H, W) int64: triangle to take where several coincide (`bvh.coincident`), -1 or None: any.
+    Returns: `Frame`.
+    """
     scene, unit, view = image.geometry.scene, image.geometry.unit, image.view
     triangles = np.ascontiguousarray(unit.to_unit(scene.triangles))
     lights = light_table(view.lights, unit)
     camera = rgen.camera_vectors(*camera_arguments(view.camera, unit, view.width, view.height))
     dirs, _ = rgen.primary_rays_double(camera, view.width, view.height)
     out = _buffers(view, len(lights))
+    wanted = np.full(out["tri"].shape, -1, np.int64) if wanted is None else wanted
     _render64(
-        *(bvh.build(triangles), camera.org, _info64(triangles, scene.normals), scene.face_material.astype(np.int64)),
+        *(bvh.build(triangles), triangles, wanted, camera.org),
+        *(_info64(triangles, scene.normals), scene.face_material.astype(np.int64)),
         *(material_table(scene.materials), lights, np.asarray(scene.background, np.float64), view.shadows),
         *(*out.values(), dirs),
     )

@@ -43,6 +43,10 @@ module rc_queue_props #(
       .out_valid_o(out_valid), .out_ready_i, .out_data_o(out_data), .count_o(dut_count)
     );
     always_ff @(posedge clk_i) if (started_q && rst_ni) Count_A: assert (32'(dut_count) == 32'(count_q));
+    // The RAM knows no reset: what its ports see in the one cycle before that of the queue is no matter.
+    if (Ram) begin : gen_ram
+      always_ff @(posedge clk_i) if (!started_q) Unread_M: assume (!u_dut.read);
+    end
   end
 
   assign push = in_valid_i && in_ready;

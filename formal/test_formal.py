@@ -73,12 +73,10 @@ def test_cmp_is_a_total_order():
 
 
 @pytest.mark.parametrize("name, parameters", [
-    ("skid", {"Depth": 2, "Skid": 1}), ("fifo4", {"Depth": 4}), ("fifo3", {"Depth": 3}), ("fifo1", {"Depth": 1})])
+    ("skid", {"Depth": 2, "Skid": 1}), ("fifo4", {"Depth": 4}), ("fifo3", {"Depth": 3}), ("fifo1", {"Depth": 1}),
+    ("ram4", {"Depth": 4, "Ram": 1}), ("ram3", {"Depth": 3, "Ram": 1})])
 def test_queue_keeps_its_words(name, parameters):
-    """Never loses, invents or reorders a word, for any length of time (property-directed reachability).
-
-    The queue in block RAM is tested in tb/rc_prim; its RAM's own assertion does not hold before the first reset.
-    """
+    """Never loses, invents or reorders a word, for any length of time (property-directed reachability)."""
     status, folder = prove(name, "rc_queue_props", QUEUE, "abc pdr", mode="prove", parameters=parameters)
     assert status == "PASS", f"trace in {folder}"
 

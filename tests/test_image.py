@@ -347,10 +347,17 @@ def test_default_depth():
 
 
 def test_edge_slack_grows_with_the_distance():
+    """Of the eye from the box, and of a triangle from the eye where that is more than a half size further."""
     bounds = np.array([[-1.0, -0.5, -1.0], [1.0, 0.5, 1.0]])
-    assert image.edge_slack(np.zeros(3), bounds) == triaccel.EDGE_SLACK
-    assert image.edge_slack(np.array([3.0, 0.0, 0.0]), bounds) == 4.0 * triaccel.EDGE_SLACK
-    assert image.edge_slack(np.array([1e5, 0.0, 0.0]), bounds) == image.MAX_SLACK * triaccel.EDGE_SLACK
+    triangles = np.array([0.0, 0.5, 1.0, -1.0])[:, None, None] * np.ones((1, 3, 1)) * (1.0, 0.0, 0.0)
+
+    def slack(*eye):
+        return (image.edge_slack(np.array(eye), bounds, triangles) / triaccel.EDGE_SLACK).tolist()
+
+    assert slack(0.0, 0.0, 0.0) == [1.0] * 4
+    assert slack(-1.0, 0.0, 0.0) == [1.0, 1.75, 2.5, 1.0]
+    assert slack(3.0, 0.0, 0.0) == [4.0, 4.0, 4.0, 5.5]
+    assert slack(1e5, 0.0, 0.0) == [image.MAX_SLACK] * 4
 
 
 def test_a_tree_can_be_used_again(mixed):

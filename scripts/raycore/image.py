@@ -370,16 +370,16 @@ def camera_arguments(camera, unit, width, height):
     return eye, target, camera.up, camera.fov, width, height
 
 
-def edge_slack(eye, bounds):
-    """Distance by which the edges of triangles are moved outwards, for an eye in the unit box's coordinates.
+def edge_slack(eye, bounds, triangles):
+    """Distances (N,) by which the edges of triangles (N, 3, 3) are moved outwards, for an eye in the unit box's coordinates.
 
     The error of a hit's distance t is about 2^-17 t, and on a steep triangle it moves the hit point across an edge. So the
-    slack that an eye amid the scene needs (2^-17) grows with the distance from which a scene is looked at.
-    Measured at 800x480 (docs/cli.md, Edge slack): the bunny from 1.3 half sizes has 17 holes with the slack as it is, 4
-    with three times.
+    slack that an eye amid the scene needs (2^-17) grows with the distance from which a scene is looked at, and for
+    triangles that are further than a half size from the eye with theirs. Figures: docs/cli.md, Edge slack.
     """
     outside = np.linalg.norm(np.maximum(np.maximum(bounds[0] - eye, eye - bounds[1]), 0.0))
-    return triaccel.EDGE_SLACK * float(min(1.0 + SLACK_GROWTH * outside, MAX_SLACK))
+    far = np.linalg.norm(triangles.mean(axis=1) - eye, axis=1) - 1.0
+    return triaccel.EDGE_SLACK * np.minimum(1.0 + SLACK_GROWTH * np.maximum(outside, far), MAX_SLACK)
 
 
 # ---- the image ---------------------------------------------------------------------------------------------------------
@@ -392,7 +392,7 @@ class Image:
     memory: uint8 by address, from 0 to the end of the textures; the frame buffer follows it.
     registers: {name of raycore.regs: value}, what the host writes before CTRL.start.
     regions: {name: (lo, hi)} byte addresses, hi exclusive, what a frame may touch; only "frame" is written.
-    slack: see `edge_slack`.
+    slack: mean of `edge_slack`.
     """
 
     geometry: Geometry
@@ -421,7 +421,7 @@ def build_image(scene, view=None, params=None):
     unit, tree, scene = geometry.unit, geometry.tree, geometry.scene
     arguments = camera_arguments(view.camera, unit, view.width, view.height)
     lights = fp24.round_to_fp24(light_table(view.lights, unit))
-    slack = edge_slack(arguments[0], tree.bounds)
+    slack = edge_slack(arguments[0], tree.bounds, unit.triangles)
     accel = triaccel.pack(
         triaccel.records(unit.triangles, unit.dropped, slack), scene.face_material, geometry.opaque
     )
@@ -486,7 +486,7 @@ def build_image(scene, view=None, params=None):
     }
     for name, parts in vectors.items():
         registers |= {name + c: int(fp24.to_bits(fp24.round_to_fp24(np.float64(v)))) for c, v in parts.items()}
-    return Image(geometry, view, memory, registers, regions, slack)
+    return Image(geometry, view, memory, registers, regions, float(slack.mean()))
 
 
 # ---- reading an image back -----------------------------------------------------------------------------------------------

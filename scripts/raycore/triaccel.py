@@ -73,7 +73,7 @@ def records(tri24, mask=None, slack=EDGE_SLACK):
     Args:
         tri24: (N, 3, 3) float64, vertices that are FP24 numbers in [-1, 1].
         mask: (N,) bool, triangles that must never be hit (no area); found here too.
-        slack: distance by which edges are moved outwards.
+        slack: distance by which edges are moved outwards, one or (N,).
     Returns: `TriAccel`. A record with a constant outside FP24 never hits either.
     """
     tri = np.asarray(tri24, dtype=np.float64)

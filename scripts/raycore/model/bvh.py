@@ -15,6 +15,7 @@ BINS = 16
 LEAF = 4  # no split below this many triangles
 DEPTH = 64
 NONE = -1
+COINCIDENT = 2.0**-40  # relative: two hits this close lie on one surface as far as double precision can tell
 _PAD = 1e-12  # boxes are enlarged by this much, in half sizes of the scene; rounding costs 1e-16
 
 
@@ -178,3 +179,25 @@ def trace_ray(bvh, org, d, t_min, t_max, skip, any_hit):
                     if any_hit and bvh.opaque[best_tri]:
                         return best_tri, best, best_beta, best_gamma
     return best_tri, best, best_beta, best_gamma
+
+
+@njit(cache=True, error_model="numpy")
+def coincident(triangles, tri, org, d, found, t, beta, gamma):
+    """The hit of `trace_ray`, on triangle `tri` instead if that one is hit at the same distance.
+
+    Where triangles coincide, double precision meets one or the other as its rounding falls; this settles which.
+
+    triangles (N, 3, 3) those of the `Bvh`; tri: wanted, or NONE; org, d: the ray; then the hit. Returns: the hit.
+    """
+    if found == NONE or tri == NONE or tri == found:
+        return found, t, beta, gamma
+    zero, one = np.zeros(1, np.int64), np.ones(1, np.int64)
+    only = Bvh(np.empty((1, 2, 3)), zero, one, np.empty((1, 3, 3)), zero, zero, np.ones(1, np.bool_))
+    only.box[0, 0], only.box[0, 1] = -np.inf, np.inf
+    only.corner[0] = triangles[tri]
+    only.corner[0, 1] -= triangles[tri, 0]
+    only.corner[0, 2] -= triangles[tri, 0]
+    hit, t1, beta1, gamma1 = trace_ray(only, org, d, 0.0, np.inf, NONE, False)
+    if hit != NONE and abs(t1 - t) <= COINCIDENT * t:
+        return tri, t1, beta1, gamma1
+    return found, t, beta, gamma

@@ -96,6 +96,7 @@ class Setup(NamedTuple):
     max_depth: int
     min_weight: float
     t_min: float  # of rays that leave from a triangle
+    corners: np.ndarray  # double precision: the triangles (N, 3, 3), for `bvh.coincident`; else empty
 
 
 # ---- the two kinds of arithmetic, told apart by the type of the structure that holds the triangles ---------------------------
@@ -159,6 +160,26 @@ def _choose_trace(tree, org, d, t_min, t_max, skip, any_hit, slots):
     )
 
 
+def _settle(tree, corners, wanted, org, d, found, t, beta, gamma, mat):
+    """(triangle, t, beta, gamma, mat) of a hit, on triangle `wanted` if double precision hits that at the same distance."""
+    raise NotImplementedError("only for compiled code")
+
+
+@njit(cache=True, error_model="numpy")
+def _settle64(tree, corners, wanted, org, d, found, t, beta, gamma, mat):
+    found, t, beta, gamma = bvh.coincident(corners, wanted, org, d, found, t, beta, gamma)
+    return found, t, beta, gamma, (tree.mat[found] if found >= 0 else mat)
+
+
+@overload(_settle)
+def _choose_settle(tree, corners, wanted, org, d, found, t, beta, gamma, mat):
+    if tree.instance_class is tracer.TreeArrays:
+        return lambda tree, corners, wanted, org, d, found, t, beta, gamma, mat: (found, t, beta, gamma, mat)
+    return lambda tree, corners, wanted, org, d, found, t, beta, gamma, mat: _settle64(
+        tree, corners, wanted, org, d, found, t, beta, gamma, mat
+    )
+
+
 # ---- one row of pixels ---------------------------------------------------------------------------------------------------
 
 
@@ -184,10 +205,10 @@ def _texture(tree, s, tri, mat, beta, gamma, length):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _trace_row(tree, s, dirs, log, rgb, tri, hit, light, start, by_depth, slots):
+def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth, slots):
     """The pixels of one row: docs/whitted.md, step by step.
 
-    Args: structure with the triangles, `Setup`, dirs (W, 3) of primary rays, log: empty records to use. Written are rgb
+    Args: structure with the triangles, `Setup`, dirs (W, 3) of primary rays, wanted (W,): see `_settle`, log: empty records to use. Written are rgb
     (W, 3), tri (W,), hit (W, 3): t, beta, gamma, light (L, W), start (W,): rays of the row before each pixel; by_depth and
     slots are added to. Returns: (records, how many of them, culled lights).
     """
@@ -205,6 +226,8 @@ def _trace_row(tree, s, dirs, log, rgb, tri, hit, light, start, by_depth, slots)
         w, length = (1.0, 1.0, 1.0), 0.0
         while True:
             found, t, beta, gamma, mat, _ = _trace(tree, org, d, t_min, tracer.HUGE, skip, False, slots)
+            if kind == PRIMARY:
+                found, t, beta, gamma, mat = _settle(tree, s.corners, wanted[x], org, d, found, t, beta, gamma, mat)
             log = _logged(log, n, kind, 0, depth, found, t, beta, gamma)
             n += 1
             by_depth[kind, depth] += 1
@@ -276,8 +299,9 @@ def _trace_row(tree, s, dirs, log, rgb, tri, hit, light, start, by_depth, slots)
 # ---- frames --------------------------------------------------------------------------------------------------------------
 
 
-def _render(view, setup, tree, dirs):
+def _render(view, setup, tree, dirs, wanted=None):
     h, w = dirs.shape[:2]
+    wanted = np.full((h, w), -1, np.int64) if wanted is None else wanted
     out = {
         "rgb": np.zeros((h, w, 3)),
         "tri": np.empty((h, w), np.int64),
@@ -289,7 +313,7 @@ def _render(view, setup, tree, dirs):
     }
 
     def row(y):
-        log, n, culled = _trace_row(tree, setup, dirs[y], np.empty(4 * w, RAY), *(part[y] for part in out.values()))
+        log, n, culled = _trace_row(tree, setup, dirs[y], wanted[y], np.empty(4 * w, RAY), *(p[y] for p in out.values()))
         return log[:n].copy(), culled
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -356,6 +380,7 @@ def setup_fp24(image):
         background=register_vector(image, "BACKGROUND_", "RGB"),
         min_weight=float(fp24.from_bits(np.array([image.registers["MIN_WEIGHT"]]))[0]),
         t_min=shade.T_MIN,
+        corners=np.empty((0, 3, 3)),
         **_registers(image),
     )
     return setup, decode_tree(image)
@@ -407,15 +432,20 @@ def setup_double(image):
         background=np.asarray(scene.background, np.float64),
         min_weight=float(view.min_weight),
         t_min=shade.T_MIN_DOUBLE,
+        corners=triangles,
         **_registers(image),
     )
     solid = np.array([m.opaque for m in scene.materials])[scene.face_material]
     return setup, bvh.build(triangles, scene.face_material, solid)
 
 
-def render_double(image):
-    """The same view in double precision, nothing of it rounded. Returns: `Frame`."""
+def render_double(image, wanted=None):
+    """The same view in double precision, nothing of it rounded.
+
+    Args: image; wanted (H, W) int64: triangle to show where several coincide (`bvh.coincident`), -1 or None: any.
+    Returns: `Frame`.
+    """
     unit, view = image.geometry.unit, image.view
     camera = rgen.camera_vectors(*camera_arguments(view.camera, unit, view.width, view.height))
     dirs, _ = rgen.primary_rays_double(camera, view.width, view.height)
-    return _render(view, *setup_double(image), dirs)
+    return _render(view, *setup_double(image), dirs, wanted)

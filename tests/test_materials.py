@@ -302,6 +302,7 @@ def test_gltf_textures(tmp_path, kind):
     uv = QUAD_UV if kind not in types else (QUAD_UV * types[kind][1]).astype(types[kind][0])
     g.quad({"pbrMetallicRoughness": {"baseColorTexture": {"index": number}}}, uv=uv, normalized=kind in types)
     scene = g.load(tmp_path)
+    assert scene.uv.min() == 0.0 and scene.uv.max() == 1.0
     for (x, y), colour in CORNERS.items():
         assert colour_at(scene, (x, y, 0)) == colour
 

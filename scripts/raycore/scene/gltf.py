@@ -96,7 +96,7 @@ class Document:
                 else:
                     data = self._uri(image["uri"])
                 self._pictures[number] = read_picture(data)
-            except (OSError, ValueError, KeyError, IndexError, SyntaxError):
+            except (OSError, ValueError, KeyError, IndexError):
                 what = image.get("name") or image.get("uri", "")[:60] or f"image {number}"
                 self.notes.add("pictures that cannot be read, so that only factors are used", what)
                 self._pictures[number] = None

@@ -7,7 +7,7 @@
 //                    is held by a pixel that does not wait (Served_A); a job that may start is overtaken once (Fair_A);
 //                    a pop goes as soon as there is room (PopGoes_A)
 //   last in, first out, each ray once: Lifo_A, Once_A
-// Wrong = 1 claims that a pixel with a stack is never overtaken by one that waits, 2 that depth Entries - 1 is never on a stack:
+// Wrong = 1 claims that a pixel that waits never starts while another has rays on a stack, 2 that no ray of depth Entries - 1 is popped:
 // both must fail.
 module rc_sec_stack_props #(
   parameter int unsigned IdW       = 1,

@@ -12,7 +12,7 @@ from PIL import Image as Picture
 
 from raycore.errors import SceneError
 from raycore.scene import Texture, compact_textures, load_scene, without_textures
-from raycore.scene.gltf import phong_exponent
+from raycore.scene.gltf import mean_chord, phong_exponent
 from raycore.scene.materials import MAX_COLOURS, Notes, linear, merge_materials, read_picture
 from raycore.scene.obj import parse_statement
 
@@ -192,6 +192,40 @@ def test_absorption_is_split_between_two_surfaces(tmp_path):
     assert np.allclose(np.square(m.transmit), (0.25, 0.81, 1.0)) and "absorption" in scene.warnings[0]
 
 
+def test_mean_chord():
+    """Of a ball two thirds of its width, of a thin plate twice its thickness, of open meshes unknown."""
+    import trimesh
+
+    ball, plate = trimesh.creation.icosphere(subdivisions=4, radius=3.0), trimesh.creation.box((100, 100, 0.1))
+    assert mean_chord([(np.asarray(ball.triangles) + 50.0, None)]) == pytest.approx(4.0, rel=0.01)
+    assert mean_chord([(np.asarray(plate.triangles), None)] * 2) == pytest.approx(0.2, rel=0.01)
+    assert mean_chord([(np.asarray(plate.triangles)[:5], None)]) is None and mean_chord([]) is None
+
+
+def test_absorption_of_closed_meshes(tmp_path):
+    """Rays cross the mesh: its own thickness counts, not the stated one."""
+    volume = {"thicknessFactor": 99.0, "attenuationDistance": 1.0, "attenuationColor": [0.5, 0.9, 1.0]}
+    extensions = {"KHR_materials_transmission": {"transmissionFactor": 1.0}, "KHR_materials_volume": volume}
+    material = {"pbrMetallicRoughness": GLASS | {"baseColorFactor": [1, 1, 1, 1]}, "extensions": extensions}
+    box = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], np.float32)
+    sides = [0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5]
+    g = Gltf().quad(material, uv=None, positions=box)
+    g.json["meshes"][0]["primitives"][0]["indices"] = g.accessor(np.array(sides, np.uint16))
+    m = g.load(tmp_path).materials[0]
+    assert np.allclose(m.transmit, np.power((0.5, 0.9, 1.0), 0.5 * 4 / 6))
+
+
+def test_thickness_maps_count_by_their_mean(tmp_path):
+    g = Gltf()
+    number = g.texture([[(0, 255, 0, 255), (0, 0, 0, 255)]])
+    volume = {"thicknessFactor": 4.0, "thicknessTexture": {"index": number}}
+    volume |= {"attenuationDistance": 1.0, "attenuationColor": [0.5, 0.9, 1.0]}
+    extensions = {"KHR_materials_transmission": {"transmissionFactor": 1.0}, "KHR_materials_volume": volume}
+    pbr = GLASS | {"baseColorFactor": [1, 1, 1, 1]}
+    m = g.quad({"pbrMetallicRoughness": pbr, "extensions": extensions}).load(tmp_path).materials[0]
+    assert np.allclose(np.square(m.transmit), (0.25, 0.81, 1.0), atol=0.01) and m.ior == 1.5
+
+
 def test_transmission_map_becomes_its_mean(tmp_path):
     g = Gltf()
     number = g.texture([[(255, 0, 0, 255), (0, 0, 0, 255)]])
@@ -302,6 +336,7 @@ def test_gltf_textures(tmp_path, kind):
     uv = QUAD_UV if kind not in types else (QUAD_UV * types[kind][1]).astype(types[kind][0])
     g.quad({"pbrMetallicRoughness": {"baseColorTexture": {"index": number}}}, uv=uv, normalized=kind in types)
     scene = g.load(tmp_path)
+    assert scene.uv.min() == 0.0 and scene.uv.max() == 1.0
     for (x, y), colour in CORNERS.items():
         assert colour_at(scene, (x, y, 0)) == colour
 

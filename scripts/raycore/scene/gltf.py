@@ -96,7 +96,7 @@ class Document:
                 else:
                     data = self._uri(image["uri"])
                 self._pictures[number] = read_picture(data)
-            except (OSError, ValueError, KeyError, IndexError, SyntaxError):
+            except (OSError, ValueError, KeyError, IndexError):
                 what = image.get("name") or image.get("uri", "")[:60] or f"image {number}"
                 self.notes.add("pictures that cannot be read, so that only factors are used", what)
                 self._pictures[number] = None
@@ -133,7 +133,8 @@ class Document:
             return None
         image = texture.image
         if usage is not None and len(usage.uv):
-            uv = usage.uv @ (matrix := uv_matrix(_moved(info)))[:, :2].T + matrix[:, 2]
+            matrix = uv_matrix(_moved(info))
+            uv = usage.uv @ matrix[:, :2].T + matrix[:, 2]
             size = np.array(image.shape[1::-1])
             x, y = np.floor(np.where(np.isfinite(uv), uv % 1.0, 0.0) * size).astype(np.int64).clip(0, size - 1).T
             texels, weight = image[y, x], usage.weight
@@ -148,24 +149,42 @@ class Document:
 
 @dataclass
 class Usage:
-    """Where on its maps a material is used: coordinates (k, 2) of samples, and their weights (k,), by area."""
+    """Where a material is used: samples of its coordinates (k, 2), their weights (k,) by area, and the mean length of a ray
+    inside its meshes, None if they are not closed."""
 
     uv: np.ndarray
     weight: np.ndarray
+    chord: float | None = None
 
 
 def usage_of(pieces):
-    """`Usage` of triangles: [(triangles (n, 3, 3), uv (n, 3, 2))], or None if there are none."""
-    if not pieces:
-        return None
-    triangles, uv = (np.concatenate([piece[i] for piece in pieces]) for i in (0, 1))
+    """`Usage` of triangles: [(triangles (n, 3, 3), uv (n, 3, 2) or None)]."""
+    with_uv = [piece for piece in pieces if piece[1] is not None]
+    if not with_uv:
+        return Usage(np.zeros((0, 2)), np.zeros(0), mean_chord(pieces))
+    triangles, uv = (np.concatenate([piece[i] for piece in with_uv]) for i in (0, 1))
     area = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
     area = np.where(np.isfinite(area), area, 0.0)
     step = max(1, 4 * len(area) // MAX_SAMPLES)
     uv, area = uv[::step], area[::step]
     inside = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6.0
     points = np.einsum("sc,ncd->nsd", inside, uv).reshape(-1, 2)
-    return Usage(points, np.repeat(area, 4)) if area.sum() > 0.0 else None
+    weight = np.repeat(area, 4) if area.sum() > 0.0 else np.ones(len(points))
+    return Usage(points, weight, mean_chord(pieces))
+
+
+def mean_chord(pieces):
+    """Mean length of straight lines inside closed meshes, 4 V / S (Cauchy); None if they are not closed."""
+    volume = surface = 0.0
+    for triangles, _ in pieces:
+        t = triangles - triangles.mean(axis=(0, 1))
+        normal = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]) / 2.0
+        area = np.linalg.norm(normal, axis=1).sum()
+        if not area > 0.0 or np.linalg.norm(normal.sum(axis=0)) > 1e-3 * area:
+            return None
+        volume += abs(np.einsum("ij,ij->", t[:, 0], normal)) / 3.0
+        surface += area
+    return 4.0 * volume / surface if surface > 0.0 and volume > 0.0 else None
 
 
 # ---- materials -------------------------------------------------------------------------------------------------------
@@ -240,7 +259,7 @@ def _surface(document, source, name, usage):
             rough, metallic = rough * float(other[1]), metallic * float(other[2])
     return {
         "texture": document.texture(base_map(source)),
-        "base": tuple(map(float, factor[:3])),
+        "base": tuple(max(float(c), 0.0) for c in factor[:3]),
         "alpha": float(factor[3]),
         "metallic": min(max(float(metallic), 0.0), 1.0),
         "rough": min(max(float(rough), 0.0), 1.0),
@@ -261,7 +280,7 @@ def _phong(document, source, name, surface, usage):
         material = Material(name, base, (0.0, 0.0, 0.0), texture=texture)
         return _with_alpha(notes, material, source, surface)
 
-    emission = np.asarray(source.get("emissiveFactor", (0.0, 0.0, 0.0)), dtype=np.float64)
+    emission = np.clip(np.asarray(source.get("emissiveFactor", (0.0, 0.0, 0.0)), dtype=np.float64), 0.0, None)
     emission = emission * extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
     glow = source.get("emissiveTexture")
     if glow is not None and emission.any():
@@ -281,7 +300,7 @@ def _phong(document, source, name, surface, usage):
     if mask is not None and share:
         notes.add("transmission maps become their mean", name)
         share *= float(mask[0])
-    ior = float(extensions.get("KHR_materials_ior", {}).get("ior", 1.5)) or 1.5
+    ior = min(max(float(extensions.get("KHR_materials_ior", {}).get("ior", 1.5)) or 1.5, 1.0), 64.0)
     f0 = ((ior - 1.0) / (ior + 1.0)) ** 2 if surface["f0"] is None else np.asarray(surface["f0"], dtype=np.float64)
     mean = document.mean(base_map(source), usage, srgb=True)
     colour = np.asarray(base) * (mean[:3] if mean is not None else 1.0)
@@ -295,8 +314,13 @@ def _phong(document, source, name, surface, usage):
         if rough > SMOOTH:
             notes.add("rough glass refracts without blur", name)
         volume = extensions.get("KHR_materials_volume", {})
-        thick = float(volume.get("thicknessFactor", 0.0)) > 0.0
-        colour = times(base, share, _absorbed(notes, volume, name) if thick else 1.0)
+        thickness = float(volume.get("thicknessFactor", 0.0))
+        thick = thickness > 0.0
+        deep = document.mean(volume.get("thicknessTexture"), usage)
+        thickness *= 1.0 if deep is None else float(deep[1])
+        if usage is not None and usage.chord is not None:
+            thickness = usage.chord  # rays meet the mesh itself, as KHR_materials_volume has it for ray tracing
+        colour = times(base, share, _absorbed(notes, volume, thickness, name) if thick else 1.0)
         reflect = tuple(map(float, f0))
         # Without a volume glass is a thin sheet: it reflects, and what passes goes straight on.
         optics = {"transmit": colour, "ior": ior if thick else 1.0, "reflect": reflect, "fresnel": True}
@@ -312,14 +336,14 @@ def _phong(document, source, name, surface, usage):
     return _with_alpha(notes, material, source, surface)
 
 
-def _absorbed(notes, volume, name):
-    """Transmittance of one of the two surfaces that a ray crosses, for a volume of the thickness stated."""
+def _absorbed(notes, volume, thickness, name):
+    """Transmittance of one of the two surfaces that a ray crosses, for a volume of this thickness."""
     distance = volume.get("attenuationDistance")
     if distance is None or not float(distance) > 0.0:
         return 1.0
     notes.add("absorption in a volume is applied where a ray crosses its surface", name)
     colour = np.asarray(volume.get("attenuationColor", (1.0, 1.0, 1.0)), dtype=np.float64)
-    return np.maximum(colour, 1e-6) ** (0.5 * min(float(volume["thicknessFactor"]) / float(distance), 8.0))
+    return np.maximum(colour, 1e-6) ** (0.5 * min(thickness / float(distance), 8.0))
 
 
 def _with_alpha(notes, material, source, surface):
@@ -375,10 +399,10 @@ def load(path, notes):
         uv = corner_uv(_normalised(uv), faces) if uv is not None else None
         colours = _normalised(colours)[:, :3][faces].mean(axis=1) if colours is not None and len(faces) else None
         placed.append((triangles, normals, number, uv, colours))
-        if uv is not None and number is not None:
+        if number is not None:
             used.setdefault(number, []).append((triangles, uv))
     materials = {
-        i: convert(document, i, usage_of(used.get(i))) for i in dict.fromkeys(p[2] for p in placed) if i is not None
+        i: convert(document, i, usage_of(used[i])) for i in dict.fromkeys(p[2] for p in placed) if i is not None
     }
     parts = []
     for triangles, normals, number, uv, colours in placed:

@@ -59,7 +59,16 @@ def times(*colours):
 
 
 def read_picture(source):
-    """(H, W, 4) uint8 of a picture file: its bytes, a path, or an opened `PIL.Image`. Raises what Pillow raises."""
+    """(H, W, 4) uint8 of a picture file: its bytes, a path, or an opened `PIL.Image`. Raises: OSError, ValueError."""
+    try:
+        return _read_picture(source)
+    except OSError:
+        raise
+    except Exception as error:  # whatever a decoder raises on a broken or enormous file
+        raise ValueError(" ".join(str(error).split())[:100] or type(error).__name__) from None
+
+
+def _read_picture(source):
     from PIL import Image
 
     if isinstance(source, bytes):

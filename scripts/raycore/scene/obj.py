@@ -143,7 +143,7 @@ class Library:
         if path not in self._pictures:
             try:
                 self._pictures[path] = read_picture(path) if path else None
-            except (OSError, ValueError, SyntaxError):
+            except (OSError, ValueError):
                 self._pictures[path] = None
         if self._pictures[path] is None:
             self.notes.add("pictures that do not exist or cannot be read", statement.file)

@@ -131,7 +131,7 @@ def _texture(value, folder):
     name = options.pop("file")
     try:
         image = read_picture(folder / name)
-    except (OSError, ValueError, SyntaxError) as error:
+    except (OSError, ValueError) as error:
         said = getattr(error, "strerror", None) or type(error).__name__
         raise ValueError(f"texture {name}: cannot be read ({said})") from None
     return Texture(image, name=name, **options)

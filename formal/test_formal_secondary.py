@@ -14,7 +14,7 @@ def prove_stacks(name, engine, **options):
     return prove(name, "rc_sec_stack_props", FILES, engine, passes=PASSES, **options)
 
 
-@pytest.mark.parametrize("pixels, stacks, entries", [(2, 1, 4), (4, 1, 2), (4, 2, 2)])
+@pytest.mark.parametrize("pixels, stacks, entries", [(2, 1, 4), (2, 2, 4), (4, 1, 2), (4, 2, 2)])
 def test_stacks(pixels, stacks, entries):
     """For any length of time (property-directed reachability)."""
     status, folder = prove_stacks(f"stacks_{pixels}_{stacks}_{entries}", "abc pdr", mode="prove", parameters={

@@ -4,6 +4,8 @@
 import copy
 import json
 import math
+import re
+from pathlib import Path
 
 import jsonschema
 import numpy as np
@@ -299,3 +301,10 @@ def test_limits_of_materials_agree():
         for bound in ("minimum", "maximum"):
             check_material(Material("m", (0, 0, 0), (0, 0, 0), **{name: float(limits[name][bound])}), "test")
     assert scenefile.COLOURS == ("ambient", "diffuse", "specular", "emission", "reflect", "transmit")
+
+
+def test_the_example_of_the_documentation():
+    """It follows the schema."""
+    text = (Path(__file__).resolve().parents[1] / "docs/scenes.md").read_text()
+    (example,) = re.findall(r"```json\n(.*?)```", text, re.DOTALL)
+    jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text())).validate(json.loads(example))

@@ -52,9 +52,7 @@ module rc_bounce_dir import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_
   rc_carry #(.From(T_GV + 1), .To(T_G1_IN)) u_gv_y (.clk_i, .in_i(gv), .out_o(gv_y));
   rc_carry #(.From(T_G1_IN), .To(T_G1_IN + 1)) u_gv_x (.clk_i, .in_i(gv_y), .out_o(gv_x));   // came a cycle before y
   rc_carry #(.From(T_GV + 2), .To(T_G_IN)) u_gv_z (.clk_i, .in_i(gv), .out_o(gv_z));
-  rc_hold #(.Beats(BEATS), .From(T_G1), .To(T_G_IN)) u_gv_part (
-    .clk_i, .now_i(beat_i[T_G1 % BEATS]), .in_i(v_sum), .out_o(gv_part)
-  );
+  rc_carry #(.From(T_G1), .To(T_G_IN)) u_gv_part (.clk_i, .in_i(v_sum), .out_o(gv_part));
   always_comb begin
     v_add_a = refract_v ? ed_v : d_v;
     v_add_b = straight_v ? NOTHING : tm;
@@ -92,9 +90,7 @@ module rc_bounce_dir import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_
   rc_carry #(.From(T_NN + 1), .To(T_N1_IN)) u_nn_y (.clk_i, .in_i(nn), .out_o(nn_y));
   rc_carry #(.From(T_N1_IN), .To(T_N1_IN + 1)) u_nn_x (.clk_i, .in_i(nn_y), .out_o(nn_x));
   rc_carry #(.From(T_NN + 2), .To(T_N2_IN)) u_nn_z (.clk_i, .in_i(nn), .out_o(nn_z));
-  rc_hold #(.Beats(BEATS), .From(T_N1), .To(T_N2_IN)) u_nn_part (
-    .clk_i, .now_i(beat_i[T_N1 % BEATS]), .in_i(n_sum), .out_o(nn_part)
-  );
+  rc_carry #(.From(T_N1), .To(T_N2_IN)) u_nn_part (.clk_i, .in_i(n_sum), .out_o(nn_part));
   always_comb begin
     n_add_a = v_n;
     n_add_b = wrong_n ? gg : NOTHING;

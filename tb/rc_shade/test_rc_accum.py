@@ -27,7 +27,7 @@ class Pixel:
     """What the model knows of an index."""
 
     acc: tuple = (0.0, 0.0, 0.0)
-    first: bool = True
+    first: bool = True                                # the ray is primary: until one goes on
     wl: tuple = None
     next: tuple = (False, False)                      # bounces, branch
     light: int = 0
@@ -106,7 +106,6 @@ class Bench:
             if add:
                 pixel.acc = F.add_light(pixel.acc, pixel.wl, sh.floats(pixel.tr), sh.floats(pixel.k))
             pixel.light += 1
-        pixel.first = False
         if kind in (SURFACE, LIGHT) and pixel.light < self.lights:
             self.jobs.append(sh.pack((ray_id, 8), (pixel.light, 4), (0x310000, 24)))
         elif kind in (SURFACE, LIGHT) and pixel.next[0]:
@@ -174,11 +173,12 @@ class Bench:
         pixel.levels += 1
         self.counts["pop" if pop else "bounce"] += 1
         if pop:
-            pixel.pending -= 1
+            pixel.pending, pixel.first = pixel.pending - 1, False
             self.ray_ends(ray_id)
         elif self.rng.random() < 0.3:
             self.later.append((self.cycle + self.rng.randint(*self.delay), END, ray_id))
         else:
+            pixel.first = False
             pixel.pending += branch and self.rng.randrange(2)
             self.ray_ends(ray_id)
 

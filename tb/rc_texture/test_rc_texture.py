@@ -343,6 +343,19 @@ async def every_value(dut, rgba5551, srgb):
 
 
 @cocotb.test(timeout_time=60, timeout_unit="ms", skip=BUILD not in ("paper", "small"))
+async def every_length(dut):
+    """Each entry of the table of logarithms, seen in the weight of the next level; lengths of all exponents."""
+    bench = await start(dut)
+    world = await plain(bench, 5, 5, 6, 0, 0, 0, 0)
+    world.records[0], world.bias, world.trilinear = UNIT_RECORD, 70, True
+    bench.set_frame()
+    lengths = [(0x3F + random.randint(0, 2)) << 16 | i << 10 | random.randrange(1024) for i in range(64)]
+    lengths += [e << 16 | random.randrange(1 << 16) for e in range(128)]
+    place_only = place(0.37, 0.61)[0] & ~(0xFFFFFF << 48)
+    await bench.run([(place_only | t << 48, 0) for t in lengths])
+
+
+@cocotb.test(timeout_time=60, timeout_unit="ms", skip=BUILD not in ("paper", "small"))
 @cocotb.parametrize(wrap=[0, 1, 2], rgba5551=[0, 1])
 async def edges(dut, wrap, rgba5551):
     """Positions round the edges of every level of small textures, where neighbours wrap."""
@@ -412,6 +425,27 @@ async def capacity(dut):
     await bench.run(jobs)
     assert bench.tex.count == 1 << log2_blocks
     assert bench.events["tex_hit"] >= len(jobs)
+    bench.check_counts()
+
+
+@cocotb.test(timeout_time=60, timeout_unit="ms")
+async def shut_exit(dut):
+    """Nothing may leave until the unit is full to the brim; nothing is lost, and it fills again."""
+    bench = await start(dut)
+    for latency in (1, 200):
+        bench.uv.latency = bench.tex.latency = lambda latency=latency: random.randint(1, latency)
+        bench.todo.extend(bench.world.hit() for _ in range(130))
+        for _ in range(2):
+            bench.p_out, taken, idle = 0.0, -1, 0
+            while idle < 1500:
+                await bench.cycle()
+                idle = idle + 1 if taken == len(bench.todo) else 0
+                taken = len(bench.todo)
+            assert bench.todo, "it never fills up"
+            bench.p_out = 1.0
+            for _ in range(60):
+                await bench.cycle()
+        await bench.run([])
     bench.check_counts()
 
 

@@ -7,7 +7,7 @@
 module rc_tni import rc_pkg::*; #(
   parameter int unsigned NumPipes = 4,
   parameter int unsigned NtSets   = 256,   // of each L1, 2 ways x 64 bytes
-  parameter int unsigned ListSets = 256,
+  parameter int unsigned ListSets = 128,
   parameter int unsigned L2Sets   = 256,   // 8 ways x 64 bytes
   parameter int unsigned L1Lock   = 64     // cycles
 ) (

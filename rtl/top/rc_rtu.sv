@@ -3,7 +3,7 @@
 // buffer. Wiring only; docs/seams.md says what passes where. Settings are constant while a frame runs.
 module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
   parameter int unsigned NtSets   = 256,   // L1 node/TriAccel caches, 2 ways x 64 bytes, one a pipeline
-  parameter int unsigned ListSets = 256,   // L1 list caches
+  parameter int unsigned ListSets = 128,   // L1 list caches: see docs/memory.md
   parameter int unsigned L2Sets   = 256,   // L2 cache, 8 ways x 64 bytes
   parameter int unsigned InfoSets = 256    // triangle-information cache, 2 ways x 64 bytes
 ) (

@@ -8,7 +8,7 @@ multiple drivers (`check -assert`; no latch cell may remain). Hierarchy is kept 
 mapped once: in a block the FP units are black boxes, in the RTU the T&I pipelines too, and what they take is added for each.
 LUTs, flip-flops, DSP blocks and block RAMs are Yosys' mapping before place and route: an estimate, not a fitter's report.
 
-Writes build/synth/<top>.json and a table. The unit counts come from slang's elaboration of the RTU, not from a list.
+Writes build/synth/<top>.json and tables. Counts of units and bits of SRAM come from slang's elaboration of the RTU, not from a list.
 """
 
 import argparse
@@ -32,20 +32,30 @@ PIPE, RTU = "rc_tni_pipe", "rc_rtu"
 BLOCKS = [PIPE, RTU]
 
 # Paper Table I, ray-tracing unit, by unit and in all: 2-input adders, 3-input adders, comparators, multipliers, dividers,
-# square roots. The paper counts one exponential unit in each of two rows besides.
+# square roots, exponential units.
 PAPER = {
-    "Ray generation": (3, 2, 0, 6, 1, 2),
-    "Traversal and intersection": (41, 4, 60, 69, 4, 0),
-    "Hit point and shading": (17, 6, 9, 35, 6, 2),
+    "Ray generation": (3, 2, 0, 6, 1, 2, 0),
+    "Traversal and intersection": (41, 4, 60, 69, 4, 0, 0),
+    "Hit point and shading": (17, 6, 9, 35, 6, 2, 2),
 }
-PAPER_ALL = (61, 12, 71, 110, 11, 4)   # its last line; two comparators are in no row
-COUNTED = ["rc_fp_add", "rc_fp_add3", "rc_fp_cmp", "rc_fp_mul", "rc_fp_div", "rc_fp_sqrt"]
+PAPER_ALL = (61, 12, 71, 110, 11, 4, 2)   # its last line; two comparators are in no row
+COUNTED = ["rc_fp_add", "rc_fp_add3", "rc_fp_cmp", "rc_fp_mul", "rc_fp_div", "rc_fp_sqrt", "rc_fp_pow"]
 PARTS = {"u_raygen": "Ray generation", "u_tni": "Traversal and intersection", "u_shade": "Hit point and shading"}
+# Paper Sec. 4.1, KB of SRAM in an RTU, and where ours are (first name that fits an instance's path).
+PAPER_SRAM = (
+    ("L1 node/TriAccel caches", r"u_l1_nt", 124.38),
+    ("L1 list caches", r"u_l1_list", 90.38),
+    ("L2 cache", r"u_l2", 124.88),
+    ("triangle information, coordinates", r"u_info|u_uv_cache", 50.81),
+    ("texture cache", r"u_texture\.u_cache", 16.44),
+    ("internal buffers", r"", 94.48),
+)
+PAPER_SRAM_ALL = 507.1   # with 4.23 KB of height cache
 VIRTEX6_LX550 = {"LUT": 343_680, "FF": 687_360, "DSP": 864, "BRAM36": 632}  # Xilinx DS150, Virtex-6 family overview
 
 
-def unit_counts(top="rc_rtu"):
-    """Functional units below each child of `top`, from slang's elaboration: {child instance: Counter of modules}."""
+def elaborate(top, visit):
+    """Call visit(instance, path) for every instance below `top`, as slang elaborates it."""
     import pyslang
 
     driver = pyslang.driver.Driver()
@@ -53,17 +63,39 @@ def unit_counts(top="rc_rtu"):
     driver.parseCommandLine(f"synth -F {REPO}/rtl/rc.f --top {top} -DSYNTHESIS")
     if not (driver.processOptions() and driver.parseAllSources()):
         raise SystemExit("synth: slang cannot read rtl/")
-    counts = {}
 
-    def visit(node):
-        if (node.kind == pyslang.ast.SymbolKind.Instance and node.hierarchicalPath != top
-                and node.definition.name in (*FP_UNITS, PIPE)):
-            part = re.sub(rf"^{top}\.", "", node.hierarchicalPath).split(".")[0]
-            counts.setdefault(part, Counter())[node.definition.name] += 1
+    def each(node):
+        if node.kind == pyslang.ast.SymbolKind.Instance and node.hierarchicalPath != top:
+            visit(node, re.sub(rf"^{top}\.", "", node.hierarchicalPath))
         return True
 
-    driver.createCompilation().getRoot().visit(visit)
+    driver.createCompilation().getRoot().visit(each)
+
+
+def unit_counts(top="rc_rtu"):
+    """Functional units below each child of `top`: {child instance: Counter of modules}."""
+    counts = {}
+
+    def visit(node, path):
+        if node.definition.name in (*FP_UNITS, PIPE):
+            counts.setdefault(path.split(".")[0], Counter())[node.definition.name] += 1
+
+    elaborate(top, visit)
     return counts
+
+
+def sram_bits(top="rc_rtu"):
+    """Bits of RAM in `top` by the rows of PAPER_SRAM: Counter."""
+    bits = Counter()
+
+    def visit(node, path):
+        if node.definition.name == "rc_ram_1r1w":
+            size = {p.name: int(str(p.value).split("d")[-1]) for p in node.body if p.name in ("Width", "Depth")}
+            row = next(name for name, where, _ in PAPER_SRAM if re.search(where, path))
+            bits[row] += size["Width"] * size["Depth"]
+
+    elaborate(top, visit)
+    return bits
 
 
 def synthesize(job):
@@ -140,7 +172,7 @@ def main(argv):
     counts = unit_counts()
     table = Table(title="Functional units of the elaborated RTU, and the paper's (Table I)")
     table.add_column("unit")
-    for name in ("2-input adder", "3-input adder", "comparator", "multiplier", "divider", "square root"):
+    for name in ("2-input adder", "3-input adder", "comparator", "multiplier", "divider", "square root", "power"):
         table.add_column(name, justify="right")
     sums = Counter()
     for part, name in PARTS.items():
@@ -149,6 +181,15 @@ def main(argv):
     table.add_row("all", *(f"{sums[c]} / {p}" for c, p in zip(COUNTED, PAPER_ALL, strict=True)), style="bold")
     console.print(table)
     (OUT / "units.json").write_text(json.dumps({k: dict(v) for k, v in counts.items()}, indent=1))
+
+    table = Table(title="SRAM of the elaborated RTU in KB, and the paper's (Sec. 4.1)")
+    for name in ("memory", "KB", "paper"):
+        table.add_column(name, justify="left" if name == "memory" else "right")
+    bits = sram_bits()
+    for name, _, paper in PAPER_SRAM:
+        table.add_row(name, f"{bits[name] / 8192:.1f}", f"{paper:.2f}")
+    table.add_row("all", f"{sum(bits.values()) / 8192:.1f}", f"{PAPER_SRAM_ALL:.1f}", style="bold")
+    console.print(table)
 
     table = Table(title=f"Yosys, {args.family}; share of a Virtex-6 LX550 in brackets")
     table.add_column("module")

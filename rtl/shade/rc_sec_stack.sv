@@ -115,7 +115,7 @@ module rc_sec_stack #(
   assign last      = child_valid_i && (!child_branch_i || child_second_i);        // no more comes of this bounce
   assign issue_o   = last && child_traced_i;
   assign end_o     = last && !child_traced_i && !(child_branch_i && pushed_q);
-  assign give_back = last && child_branch_i && !pushed_q && held.count == '0;
+  assign give_back = last && child_branch_i && held.count == '0;
   always_ff @(posedge clk_i) begin
     if (!rst_ni) begin
       {leave_q, pushed_q} <= '0;

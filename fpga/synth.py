@@ -8,7 +8,8 @@ multiple drivers (`check -assert`; no latch cell may remain). Hierarchy is kept 
 mapped once: in a block the FP units are black boxes, in the RTU the T&I pipelines too, and what they take is added for each.
 LUTs, flip-flops, DSP blocks and block RAMs are Yosys' mapping before place and route: an estimate, not a fitter's report.
 
-Writes build/synth/<top>.json and tables. Counts of units and bits of SRAM come from slang's elaboration of the RTU, not from a list.
+Writes build/synth/<top>.json and tables. Counts of units and bits of SRAM come from slang's elaboration of the
+RTU, not from a list.
 """
 
 import argparse

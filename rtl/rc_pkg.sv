@@ -185,7 +185,7 @@ package rc_pkg;
     ray_id_t id;
     logic    any_hit;                      // as in the ray
     logic    hit;
-    logic    opaque;                       // of the triangle's record, 0 without a hit; a shadow ray may end at one that is not
+    logic    opaque;                       // of the triangle's record, 0 without a hit
     mat_t    mat;                          // of the triangle's record, 0 without a hit
     idx_t    tri_idx;                      // TRI_NONE if nothing was hit
     fp_t     t;

@@ -71,7 +71,8 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
   assign free_valid = read;
   assign free_slot  = done.slot;
   rc_ram_1r1w #(.Width($bits(where_t)), .Depth(SLOTS)) u_where (
-    .clk_i, .we_i(hit_valid_i), .waddr_i(hit_slot_i), .wdata_i({hit_opaque_i, hit_mat_i, hit_tri_i, hit_beta_i, hit_gamma_i}),
+    .clk_i, .we_i(hit_valid_i), .waddr_i(hit_slot_i),
+    .wdata_i({hit_opaque_i, hit_mat_i, hit_tri_i, hit_beta_i, hit_gamma_i}),
     .re_i(read), .raddr_i(done.slot), .rdata_o(where));
   rc_ram_1r1w #(.Width($bits(name_t)), .Depth(SLOTS)) u_name (
     .clk_i, .we_i(in_fire), .waddr_i(slot), .wdata_i({in_i.id, in_i.any_hit}),

@@ -133,7 +133,8 @@ class Material:
 
     @property
     def line(self):
-        flags = pack((self.tex_kr, 1), (self.fresnel, 1), (self.transmits, 1), (self.reflects, 1), (self.mode, 2), (self.textured, 1))
+        bits = (self.tex_kr, self.fresnel, self.transmits, self.reflects)
+        flags = pack(*((b, 1) for b in bits), (self.mode, 2), (self.textured, 1))
         return line(self.ambient + self.diffuse + self.specular + self.emission + [self.shin, self.alpha, self.cutoff], flags)
 
     @property

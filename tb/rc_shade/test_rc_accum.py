@@ -91,7 +91,9 @@ class Bench:
         pixel.w = [0x3F0000] * 3 if pixel.first else num.color()
         pixel.tr = num.color() if rng.random() < 0.5 else [0x3F0000] * 3
         word = sh.pack((kind, 2), (add, 1), (sh.point_word(ray_id, mat, bounces, branch, alpha, tex), 114))
-        follow = (lambda: self.consequence(kind, ray_id, mat, bounces, branch, add, alpha, tex))
+        def follow():
+            self.consequence(kind, ray_id, mat, bounces, branch, add, alpha, tex)
+
         return word, follow, ray_id
 
     def consequence(self, kind, ray_id, mat, bounces, branch, add, alpha, tex):

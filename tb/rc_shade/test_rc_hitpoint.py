@@ -186,7 +186,8 @@ async def cutoffs(dut):
     bench = Bench(dut, random.Random(cocotb.RANDOM_SEED), 0.5)
     num = sh.Numbers(bench.rng, 0.0)
     await bench.start()
-    mats, edge = materials(num), [0x000000, 0x800000, 0x000001, 0x010000, 0x3E0000, 0x3EFFFF, 0x3F0000, 0xBF0000, 0x7F0000, sh.NAN_BITS]
+    mats = materials(num)
+    edge = [0x000000, 0x800000, 0x000001, 0x010000, 0x3E0000, 0x3EFFFF, 0x3F0000, 0xBF0000, 0x7F0000, sh.NAN_BITS]
     for mat in mats:
         mat.mode, mat.transmits = bench.rng.choice([shade.ALPHA_MASK, shade.ALPHA_MASK, shade.ALPHA_BLEND]), False
         mat.alpha, mat.cutoff = bench.rng.choice([0x3F0000, *edge]), bench.rng.choice(edge)

@@ -335,7 +335,7 @@ class Bench:
             if what == "layer" and (not behind or pixel.layers >= self.max_layers or pixel.lost):
                 what = "arrive"
             if what == "layer":
-                tri_idx, at = rng.choice(behind), [at[0] & 0x7FFFFF, *at[1:]]          # the T&I unit counts what lies before the ray
+                tri_idx, at = rng.choice(behind), [at[0] & 0x7FFFFF, *at[1:]]   # the T&I unit counts what lies ahead
             mat = scene.triangles[tri_idx].mat
             word = sh.hit_word(ray_id, 1, what != "arrive", what == "block", mat, tri_idx, *at)
             if what == "arrive":
@@ -439,7 +439,8 @@ class Bench:
             await self.step()
             state = (self.hits_taken, len(self.done_at), sum(self.rays.values()))
             quiet, last = (0, state) if state != last else (quiet + 1, last)
-            assert quiet < 3000 + 50 * self.latency[1] + 5 * 256 * len(self.scene.lights), f"hangs with {len(self.pixels)} pixels under way"
+            patience = 3000 + 50 * self.latency[1] + 5 * 256 * len(self.scene.lights)
+            assert quiet < patience, f"hangs with {len(self.pixels)} pixels under way"
         assert not self.pixels and not self.travel and not any(p.queue for p in self.ports)
 
     def check_events(self):

@@ -208,7 +208,8 @@ def _texture(tree, s, tri, mat, beta, gamma, length):
 def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth, slots):
     """The pixels of one row: docs/whitted.md, step by step.
 
-    Args: structure with the triangles, `Setup`, dirs (W, 3) of primary rays, wanted (W,): see `_settle`, log: empty records to use. Written are rgb
+    Args: structure with the triangles, `Setup`, dirs (W, 3) of primary rays, wanted (W,): see `_settle`, log: empty records
+    to use. Written are rgb
     (W, 3), tri (W,), hit (W, 3): t, beta, gamma, light (L, W), start (W,): rays of the row before each pixel; by_depth and
     slots are added to. Returns: (records, how many of them, culled lights).
     """

@@ -191,6 +191,17 @@ def test_coverage_merges_runs(tmp_path, capsys):
     assert rtl_coverage.main([*args, "--min-lines", "90"]) == 1
 
 
+def test_coverage_reasons_name_functions(tmp_path):
+    lines = rtl_coverage.explained()
+    text = (REPO / "rtl/fp/rc_fp_sqrt.sv").read_text().splitlines()
+    mine = sorted(n for name, n in lines if name == "rtl/fp/rc_fp_sqrt.sv")
+    assert "node(" in text[mine[0] - 1] and "endfunction" in text[mine[-1] - 1]
+    stale = tmp_path / "coverage.txt"
+    stale.write_text("rtl/fp/rc_fp_sqrt.sv: gone: no reason\n")
+    with pytest.raises(ValueError, match="no function gone"):
+        rtl_coverage.explained(stale)
+
+
 def test_coverage_without_data_fails(tmp_path, capsys):
     assert rtl_coverage.main(["--dir", str(tmp_path)]) == 1
     assert "no coverage files" in capsys.readouterr().err

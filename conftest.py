@@ -2,6 +2,7 @@
 """Settings of the whole test suite: one seed, chosen once, printed, the same in every worker."""
 import os
 import random
+import re
 
 import pytest
 
@@ -10,6 +11,20 @@ def pytest_configure(config):
     # Workers inherit the variable from the controller, so that all of them draw from one seed.
     if not os.environ.get("RAYCORE_SEED"):
         os.environ["RAYCORE_SEED"] = str(random.SystemRandom().randrange(1 << 32))
+
+
+# Builds of the same tests with other latencies, beside those that always run: only with RAYCORE_ALL_BUILDS=1, as `make sim` has it.
+MORE_BUILDS = re.compile(
+    r"test_rc_(through|hitpoint|accum|light|raygen)\[(odd|one)\]|test_rc_shade\[long\]"
+    r"|test_rc_secondary\[(odd-5|one-32|paper-2)\]|test_rc_texture\[(one|long)\]"
+)
+
+
+def pytest_collection_modifyitems(config, items):
+    if os.environ.get("RAYCORE_ALL_BUILDS", "0") in ("", "0"):
+        more = [i for i in items if MORE_BUILDS.search(i.nodeid)]
+        items[:] = [i for i in items if not MORE_BUILDS.search(i.nodeid)]
+        config.hook.pytest_deselected(items=more)
 
 
 def pytest_report_header(config):

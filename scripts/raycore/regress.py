@@ -276,6 +276,7 @@ UNIT_TESTS = {
     # folder of tests: {variable: value at "normal", at "full"}
     "tb/rc_fp": {"RAYCORE_FP_PAIRS": ("1e7", "1e8")},
     "tb/rc_tni": {"TNI_RAYS": ("6000", "60000")},
+    **{f"tb/{unit}": {"RAYCORE_ALL_BUILDS": ("1", "1")} for unit in ("rc_raygen", "rc_shade", "rc_secondary", "rc_texture")},
 }
 
 

@@ -210,7 +210,8 @@ async def random_paths(dut, lights, wild):
         await bench.frame([sh.Material.random(num) for _ in range(20)], lights)
         await bench.run(sh.some(150 if lights < 16 else 40), rng.choice([1, 20, 256]))
     dut._log.info(f"{bench.counts}")
-    assert all(n for name, n in bench.counts.items() if name != "light" or lights)
+    # With 16 lights there are few pixels, and it may be that none leaves a ray on its stack.
+    assert all(n for name, n in bench.counts.items() if (name != "light" or lights) and (name != "pop" or lights < 16))
 
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")

@@ -120,7 +120,7 @@ def frame_cases(level, seed):
         out += cases("tiny_glass", View(41, 30, max_depth=depth, min_weight=0.0), memory, pauses)
     out += cases("tiny_glass", View(48, 32, max_depth=5, trilinear=True), memory, replace(memory, width=256, latency=7))
     out += cases("tiny_glass", View(48, 32, max_depth=5, lights=_lights("tiny_glass", 16)))
-    out += cases("mirror_box", View(48, 32, max_depth=DEEPEST, min_weight=0.0))
+    out += cases("mirror_box", View(48, 32, max_depth=DEEPEST))
     for name in ("kitchen", "room", "living_room", "glass", "cards"):
         out += cases(name, View(96, 56, max_depth=10), memory, replace(memory, latency=int(rng.integers(1, 401)),
                      backpressure=0.2, seed=int(rng.integers(1000))))  # fmt: skip

@@ -38,6 +38,7 @@ package rc_pkg;
   parameter int unsigned IDX_W    = 24;    // nodes, list entries, triangles
   parameter int unsigned MAT_W    = 12;
   typedef logic [RAY_ID_W-1:0] ray_id_t;
+  typedef logic [1:0]          pipe_id_t;  // pipeline of a T&I unit (paper: four)
   typedef logic [IDX_W-1:0]    idx_t;
   typedef logic [MAT_W-1:0]    mat_t;
   parameter idx_t TRI_NONE = '1;           // no triangle
@@ -46,11 +47,14 @@ package rc_pkg;
   parameter int unsigned ADDR_W = 32;      // bytes
   parameter int unsigned LINE_B = 64;      // bytes a block in memory
   parameter int unsigned LINE_ADDR_W = ADDR_W - $clog2(LINE_B);
+  parameter int unsigned HALF_ADDR_W = LINE_ADDR_W + 1;    // half a block: what the T&I unit's caches fetch
   parameter int unsigned LINE_W = 480;     // bits a line in SRAM: eight words of 60 used bits
   parameter int unsigned WORD_W = 60;
   typedef logic [ADDR_W-1:0]      addr_t;
   typedef logic [LINE_ADDR_W-1:0] line_addr_t;
+  typedef logic [HALF_ADDR_W-1:0] half_addr_t;
   typedef logic [7:0][WORD_W-1:0] line_t;
+  typedef logic [3:0][WORD_W-1:0] half_line_t;
   typedef logic [7:0][63:0]       block64_t;   // a block as it lies in memory: texels use all bits
 
   function automatic line_t used_bits(block64_t b);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 // Which way of an L2 set to replace: an empty one, else the one that the tree of pseudo-LRU bits
 // points to. Node 1 is the root, the children of node n are 2n and 2n + 1; a bit points to the half
-// used longer ago.
+// used longer ago. Where the number of ways is no power of two, halves without a way are passed by.
 module rc_l2_victim #(
   parameter  int unsigned Sets = 256,   // power of two
-  parameter  int unsigned Ways = 8,     // power of two, 2 or more
+  parameter  int unsigned Ways = 8,     // 2 or more
   localparam int unsigned SetW = $clog2(Sets),
   localparam int unsigned WayW = $clog2(Ways)
 ) (
@@ -17,18 +17,24 @@ module rc_l2_victim #(
   input  logic [Ways-1:0] valid_i,      // ... of which these hold a line ...
   output logic [WayW-1:0] way_o         // ... shall go, in the same cycle
 );
-  logic [Sets-1:0][Ways-1:1] tree_q;
-  logic [Ways-1:1]           used;
-  logic [Ways-1:0]           empty;
+  localparam int unsigned Leaves = 2 ** WayW;
+  logic [Sets-1:0][Leaves-1:1] tree_q;
+  logic [Leaves-1:1]           used;
+  logic [Ways-1:0]             empty;
   assign empty = ~valid_i & (valid_i + 1'b1);   // lowest empty way, one-hot
 
   always_comb begin                        // follow the bits to the way to replace
-    logic [Ways-1:1] tree;
-    logic [WayW-1:0] node;
-    tree = tree_q[set_i];
-    node = WayW'(1);
-    for (int l = 0; l < WayW; l++) node = WayW'({node, tree[node]});
-    way_o = node;                          // the leading 1 has left at the top
+    logic [Leaves-1:1] tree;
+    logic [WayW-1:0]   node;
+    logic              exists;
+    tree  = tree_q[set_i];
+    node  = WayW'(1);
+    way_o = '0;
+    for (int l = WayW - 1; l >= 0; l--) begin
+      exists   = 32'(way_o) + 2 ** l < Ways;              // a way in the upper half
+      way_o[l] = tree[node] && exists;
+      node     = WayW'({node, way_o[l]});
+    end
     if (empty != '0) begin
       way_o = '0;
       for (int w = 0; w < Ways; w++) if (empty[w]) way_o |= WayW'(w);

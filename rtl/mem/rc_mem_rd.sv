@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// Memory read port: lines of 64 bytes for several clients over one AXI4 read channel, one burst a
-// line, one ID, so that answers come in order.
+// Memory read port: lines of 64 bytes, or halves of them, for several clients over one AXI4 read channel, one burst
+// a request, one ID, so that answers come in order.
 //   request   round robin; checked against the windows; noted in the order queue; to AR
 //   answer    beats are put together; the line goes to the client at the head of the order queue
 // Nothing a memory can answer hangs it: beats are counted, whatever RLAST says, and beats that
@@ -22,9 +22,10 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
   input  logic [NumClients-1:0]       req_valid_i,
   output logic [NumClients-1:0]       req_ready_o,
   input  line_addr_t [NumClients-1:0] req_addr_i,
+  input  logic [NumClients-1:0][1:0]  req_halves_i,  // 01 the lower, 10 the upper, 11 both
   output logic [NumClients-1:0]       rsp_valid_o,   // one-hot; per client in order of its requests
-  output block64_t                    rsp_block_o,
-  output logic [NumClients-1:0]       ev_line_o,     // a line is asked from memory for this client
+  output block64_t                    rsp_block_o,   // of one half: in both places
+  output logic [NumClients-1:0]       ev_line_o,     // a request goes to memory for this client
   output logic [IdW-1:0]              m_axi_arid,
   output addr_t                       m_axi_araddr,
   output logic [7:0]                  m_axi_arlen,
@@ -47,7 +48,8 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
   typedef struct packed {
     logic [CLIENTW-1:0] client;
     logic               sent;                              // false: outside the windows
-    line_addr_t         addr;
+    logic               half;                              // only one
+    half_addr_t         addr;
   } order_t;
   if (DataW != 64 && DataW != 128 && DataW != 256) begin : gen_bad_width
     $error("DataW must be 64, 128 or 256");
@@ -58,11 +60,15 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
   logic [CLIENTW-1:0]    gnt_idx;
   logic [NumWindows-1:0] in_window;
   line_addr_t            gnt_addr;
-  order_t                head;
+  logic [1:0]            gnt_halves;
+  order_t                order, head;
   logic                  may_take, order_ready, head_valid, head_done;
   logic [CNT_W-1:0]      unused_count;
   assign may_take = order_ready && !stop_i && (!m_axi_arvalid || m_axi_arready);
-  assign gnt_addr = req_addr_i[gnt_idx];
+  assign gnt_addr   = req_addr_i[gnt_idx];
+  assign gnt_halves = req_halves_i[gnt_idx];
+  assign order      = '{client: gnt_idx, sent: in_window != '0, half: gnt_halves != '1,
+                        addr: {gnt_addr, gnt_halves == 2'b10}};
   rc_rr_arb #(.NumReq(NumClients)) u_arb (
     .clk_i, .rst_ni, .req_i(may_take ? req_valid_i : '0), .ready_i(1'b1), .gnt_o(gnt), .idx_o(gnt_idx)
   );
@@ -73,7 +79,7 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
   end
   rc_fifo #(.data_t(order_t), .Depth(MaxBurst), .Ram(1'b0)) u_order (
     .clk_i, .rst_ni,
-    .in_valid_i(gnt != '0), .in_ready_o(order_ready), .in_data_i({gnt_idx, in_window != '0, gnt_addr}),
+    .in_valid_i(gnt != '0), .in_ready_o(order_ready), .in_data_i(order),
     .out_valid_o(head_valid), .out_ready_i(head_done), .out_data_o(head), .count_o(unused_count)
   );
   always_ff @(posedge clk_i) begin
@@ -84,35 +90,38 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
       if (!m_axi_arvalid || m_axi_arready) m_axi_arvalid <= gnt != '0 && in_window != '0;
       ev_line_o <= (in_window != '0) ? gnt : '0;
     end
-    if (gnt != '0) m_axi_araddr <= {gnt_addr, 6'b0};
+    if (gnt != '0) begin
+      m_axi_araddr <= {order.addr, 5'b0};
+      m_axi_arlen  <= order.half ? 8'(BEATS / 2 - 1) : 8'(BEATS - 1);
+    end
   end
   assign m_axi_arid    = '0;
-  assign m_axi_arlen   = 8'(BEATS - 1);
   assign m_axi_arsize  = 3'($clog2(DataW / 8));
   assign m_axi_arburst = AXI_BURST_INCR;
 
   // ---- answers -------------------------------------------------------------------------------------
   logic [CNT_W-1:0]  sent_q;               // bursts that AR took and R has not finished
   logic [BEAT_W-1:0] beat_q;
-  logic              outside, beat, expected, last;
+  logic              outside, beat, expected, last_beat, last;
   assign outside      = head_valid && !head.sent;          // answered now, at the cost of one cycle
   assign m_axi_rready = !outside;
   assign beat         = m_axi_rvalid && m_axi_rready;
   assign expected     = sent_q != '0;
-  assign last         = beat && expected && beat_q == BEAT_W'(BEATS - 1);
+  assign last_beat    = beat_q == (head.half ? BEAT_W'(BEATS / 2 - 1) : BEAT_W'(BEATS - 1));
+  assign last         = beat && expected && last_beat;
   assign head_done    = outside || last;
   always_ff @(posedge clk_i) begin
     if (!rst_ni) begin
       {sent_q, beat_q, rsp_valid_o} <= '0;
     end else begin
       sent_q <= sent_q + CNT_W'(m_axi_arvalid && m_axi_arready) - CNT_W'(last);
-      if (beat && expected) beat_q <= beat_q + 1'b1;
+      if (beat && expected) beat_q <= last_beat ? '0 : beat_q + 1'b1;
       rsp_valid_o <= head_done ? NumClients'(1) << head.client : '0;
     end
     for (int b = 0; b < BEATS; b++) begin
       for (int w = 0; w < WORDS; w++) begin
         if (outside) rsp_block_o[b * WORDS + w] <= '0;
-        else if (beat && beat_q == BEAT_W'(b)) rsp_block_o[b * WORDS + w] <= m_axi_rdata[64 * w +: 64];
+        else if (beat && (beat_q == BEAT_W'(b) || (head.half && beat_q == BEAT_W'(b % (BEATS / 2))))) rsp_block_o[b * WORDS + w] <= m_axi_rdata[64 * w +: 64];
       end
     end
   end
@@ -121,15 +130,15 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
   // ---- errors: all are reported, the receiver latches the first -------------------------------------
   logic beat_bad;
   assign beat_bad = beat && (!expected || m_axi_rresp[1] || m_axi_rid != '0
-                             || m_axi_rlast != (beat_q == BEAT_W'(BEATS - 1)));
+                             || m_axi_rlast != last_beat);
   always_ff @(posedge clk_i) begin
     err_valid_o <= rst_ni && (beat_bad || (gnt != '0 && in_window == '0));
     if (beat_bad) begin
       err_o.code <= (m_axi_rresp == AXI_RESP_DECERR) ? ERR_DECERR : ERR_SLVERR;
-      err_o.addr <= expected ? {head.addr, 6'b0} : '0;
+      err_o.addr <= expected ? {head.addr, 5'b0} : '0;
     end else begin
       err_o.code <= ERR_WINDOW;
-      err_o.addr <= {gnt_addr, 6'b0};
+      err_o.addr <= {order.addr, 5'b0};
     end
   end
 
@@ -140,7 +149,8 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
       if (expected && !outside) HeadIsSent_A: assert (head_valid && head.sent);
       OneClient_A: assert ($onehot0(rsp_valid_o));
       if ($past(rst_ni && m_axi_arvalid && !m_axi_arready))
-        ArHeld_A: assert (m_axi_arvalid && $stable(m_axi_araddr));
+        ArHeld_A: assert (m_axi_arvalid && $stable(m_axi_araddr) && $stable(m_axi_arlen));
+      if (gnt != '0) SomeHalf_A: assert (gnt_halves != '0);
       if (beat_q != '0) MidBurst_A: assert (head_valid && head.sent);
     end
   end

@@ -30,6 +30,7 @@ module rc_raygen import rc_pkg::*; (
   output logic    ray_valid_o,
   input  logic    ray_ready_i,
   output ray_t    ray_o,
+  output pipe_id_t  ray_home_o,              // pipeline it prefers: the same for all rays of a block of 8x8 pixels
   output logic      path_ray_valid_o,         // a ray that is no shadow ray, when it leaves
   output path_ray_t path_ray_o
 );
@@ -97,7 +98,7 @@ module rc_raygen import rc_pkg::*; (
   } ctx_t;
   ctx_t ctx_in, ctx_out;
   logic ctx_in_ready, ctx_out_valid, leave;
-  logic [2:0][$clog2(DEPTH + 1)-1:0] unused_count;
+  logic [3:0][$clog2(DEPTH + 1)-1:0] unused_count;
   assign sec_ready_o = beat_q == 2'd3 && ctx_in_ready;
   assign pri_ready_o = sec_ready_o && !sec_valid_i;
   assign accept      = sec_ready_o && (sec_valid_i || pri_valid_i);
@@ -112,6 +113,8 @@ module rc_raygen import rc_pkg::*; (
     .count_o(unused_count[0])
   );
 
+  logic [15:0] x_q, y_q;
+
   // Directions that the shading unit made wait here until they are due at the divider.
   vec3_t sec_dir;
   logic  sec_dir_ready, sec_dir_valid, sec_due;
@@ -121,11 +124,23 @@ module rc_raygen import rc_pkg::*; (
     .out_valid_o(sec_dir_valid), .out_ready_i(sec_due && beat_of(T_IDIR) == 2'd2), .out_data_o(sec_dir),
     .count_o(unused_count[1])
   );
+  // The place of its pixel's block in its tile is the pipeline that a ray prefers.
+  pipe_id_t home;
+  logic     home_ready, home_valid;
+  rc_ram_1r1w #(.Width($bits(pipe_id_t)), .Depth(2 ** RAY_ID_W)) u_home (
+    .clk_i, .we_i(accept && !sec_valid_i), .waddr_i(pri_i.id), .wdata_i({pri_i.y[3], pri_i.x[3]}),
+    .re_i(accept && sec_valid_i), .raddr_i(sec_i.id), .rdata_o(home)
+  );
+  rc_fifo #(.data_t(pipe_id_t), .Depth(DEPTH)) u_homes (
+    .clk_i, .rst_ni,
+    .in_valid_i(slot_q[0].valid && beat_q == 2'd0), .in_ready_o(home_ready),
+    .in_data_i(slot_q[0].sec ? home : {y_q[3], x_q[3]}),
+    .out_valid_o(home_valid), .out_ready_i(leave), .out_data_o(ray_home_o), .count_o(unused_count[3])
+  );
   logic unused_sec;
   assign unused_sec = ^{sec_i.light, sec_i.depth};
 
   // ---- pixel to px, py ------------------------------------------------------------------------------------------
-  logic [15:0] x_q, y_q;
   fp_t         conv, px_q, py_q;
   always_ff @(posedge clk_i) begin
     if (beat_q == 2'd3) {x_q, y_q} <= {pri_i.x, pri_i.y};
@@ -217,7 +232,8 @@ module rc_raygen import rc_pkg::*; (
       VecRoom_A: assert (!vec_push || vec_ready);
       SecDirRoom_A: assert (!(accept && sec_valid_i) || sec_dir_ready);
       SecDirThere_A: assert (!sec_due || beat_of(T_IDIR) == 2'd3 || sec_dir_valid);
-      CtxThere_A: assert (!vec_valid || ctx_out_valid);
+      CtxThere_A: assert (!vec_valid || (ctx_out_valid && home_valid));
+      HomeRoom_A: assert (!slot_q[0].valid || beat_q != 2'd0 || home_ready);
       SecFirst_A: assert (!(pri_valid_i && pri_ready_o && sec_valid_i));
     end
     if (rst_ni && $past(rst_ni && pri_valid_i && !pri_ready_o)) PriHeld_M: assume (pri_valid_i && $stable(pri_i));

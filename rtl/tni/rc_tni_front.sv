@@ -19,7 +19,8 @@ module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
   input  vec3_t      box_hi_i,
   input  mode_e      mode_oper_i,
   input  ray_const_t ray_oper_i,
-  input  line_t      line_oper_i,       // the 64-byte block
+  input  line_t      line_oper_i,       // the 64-byte block,
+  input  logic [1:0] halves_oper_i,     // these halves of it
   input  idx_t       idx_oper_i,        // node or triangle in it
   input  fp_t        tmin_oper_i,
   input  fp_t        tmax_oper_i,
@@ -137,17 +138,19 @@ module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
     .far_only_i(lt[1]), .ts_lt_tmin_i(lt[2]), .ts_gt_tmax_i(gt[3]), .step_o(step1));
   rc_delay #(.Width($bits(step_t)), .Depth(1)) u_step1_q (.clk_i, .in_i(step1), .out_o(step1_next1_o));
 
-  // ---- P_NEXT1: step 2 follows if its node lies in the same block ----------------------------------------
+  // ---- P_NEXT1: step 2 follows if its node lies in the same block, in a half that is here ----------------------------------------
   // Only in traversal mode: a TriAccel record read as a node can look like two steps, and step 1 like a push, which an
   // intersection's pop would take for the stack's top.
   node_t  adjacent_next1, other_next1;
   idx_t   idx_next1;
   visit_t visit2;
   logic   trav_next1, two;
-  rc_delay #(.Width(2 * $bits(node_t) + IDX_W + 1), .Depth(P_NEXT1 - P_OPER)) u_children (
-    .clk_i, .in_i({adjacent, other, idx_oper_i, mode_oper_i == TRAV}),
-    .out_o({adjacent_next1, other_next1, idx_next1, trav_next1}));
-  assign two    = trav_next1 && step1_next1_o.go == GO_NODE && step1_next1_o.idx[IDX_W-1:3] == idx_next1[IDX_W-1:3];
+  logic [1:0] halves_next1;
+  rc_delay #(.Width(2 * $bits(node_t) + IDX_W + 3), .Depth(P_NEXT1 - P_OPER)) u_children (
+    .clk_i, .in_i({adjacent, other, idx_oper_i, halves_oper_i, mode_oper_i == TRAV}),
+    .out_o({adjacent_next1, other_next1, idx_next1, halves_next1, trav_next1}));
+  assign two    = trav_next1 && step1_next1_o.go == GO_NODE && step1_next1_o.idx[IDX_W-1:3] == idx_next1[IDX_W-1:3]
+                  && halves_next1[step1_next1_o.idx[2]];
   assign visit2 = '{node: step1_next1_o.adjacent ? adjacent_next1 : other_next1, idx: step1_next1_o.idx,
                     tmin: step1_next1_o.tmin, tmax: step1_next1_o.tmax, neg: 1'b0};
   rc_delay #(.Width($bits(visit_t) + 1), .Depth(P_OPER2 - P_NEXT1)) u_visit2 (

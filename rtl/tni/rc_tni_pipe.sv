@@ -10,8 +10,8 @@
 //
 // A bad index is reported (err_*) and not looked up; the ray then idles until the unit is reset.
 module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
-  parameter int unsigned NtSets   = 256,   // L1 node/TriAccel cache, 2 ways x 64 bytes
-  parameter int unsigned ListSets = 128,   // L1 list cache
+  parameter int unsigned NtSets   = 128,   // L1 node/TriAccel cache, 2 ways x 64 bytes
+  parameter int unsigned ListSets = 64,    // L1 list cache
   parameter int unsigned L1Lock   = 64     // cycles a filled line stays if not used
 ) (
   input  logic       clk_i,
@@ -26,10 +26,11 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   // to the L2 cache: [0] nodes and TriAccel, [1] lists
   output logic       [1:0] req_valid_o,
   input  logic       [1:0] req_ready_i,
-  output line_addr_t [1:0] req_addr_o,
+  output half_addr_t [1:0] req_addr_o,
   input  logic       [1:0] fill_valid_i,
   output logic       [1:0] fill_ready_o,
-  input  line_addr_t       fill_addr_i,
+  input  half_addr_t       fill_addr_i,
+  input  logic             fill_both_i,
   input  line_t            fill_line_i,
   output logic       err_valid_o,
   output err_t       err_o,
@@ -77,16 +78,18 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   // ---- P_LIST: ask the list cache -------------------------------------------------------------------------
   logic  list_want, list_bad, list_hit, list_miss, list_bad_q;
   line_t list_line;
+  logic [1:0] unused_halves;
   logic [3:0] unused_list;
   assign list_want = v_q[P_LIST] && gen_p[P_LIST].s_q.mode == ISECT && !gen_p[P_LIST].s_q.direct;
   assign list_bad  = list_want && gen_p[P_LIST].s_q.idx >= cfg_i.list_count;
   rc_l1 #(.Sets(ListSets), .Lock(L1Lock)) u_l1_list (
     .clk_i, .rst_ni,
     .lookup_valid_i(list_want && !list_bad),
-    .lookup_addr_i(cfg_i.list_base + line_addr_t'(gen_p[P_LIST].s_q.idx[IDX_W-1:4])),
-    .hit_o(list_hit), .miss_o(list_miss), .line_o(list_line),
+    .lookup_addr_i({cfg_i.list_base + line_addr_t'(gen_p[P_LIST].s_q.idx[IDX_W-1:4]), gen_p[P_LIST].s_q.idx[3]}),
+    .hit_o(list_hit), .miss_o(list_miss), .line_o(list_line), .halves_o(unused_halves),
     .req_valid_o(req_valid_o[1]), .req_ready_i(req_ready_i[1]), .req_addr_o(req_addr_o[1]),
-    .fill_valid_i(fill_valid_i[1]), .fill_ready_o(fill_ready_o[1]), .fill_addr_i, .fill_line_i,
+    .fill_valid_i(fill_valid_i[1]), .fill_ready_o(fill_ready_o[1]), .fill_addr_i, .fill_both_i,
+    .fill_line_i,
     .ev_conflict_o(unused_list[0]), .ev_drop_o(unused_list[1]), .ev_locked_o(unused_list[2]), .busy_o(unused_list[3]));
   always_ff @(posedge clk_i) list_bad_q <= rst_ni && list_bad;
 
@@ -95,7 +98,7 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   list_entry_t entry;
   idx_t        what, what_q;
   logic        from_list, last_index, nt_want, nt_bad, nt_want_q;
-  line_addr_t  nt_addr_q;
+  half_addr_t  nt_addr_q;
   assign si        = gen_p[P_INDEX].s_q;
   assign entry     = si.idx[0] ? list_entry_t'(list_line[si.idx[3:1]][57:32])
                                : list_entry_t'(list_line[si.idx[3:1]][25:0]);
@@ -109,12 +112,13 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   always_ff @(posedge clk_i) begin
     what_q    <= what;
     nt_want_q <= nt_want;
-    nt_addr_q <= (si.mode == TRAV) ? cfg_i.node_base + line_addr_t'(what[IDX_W-1:3])
-                                   : cfg_i.accel_base + line_addr_t'(what[IDX_W-1:1]);
+    nt_addr_q <= (si.mode == TRAV) ? {cfg_i.node_base + line_addr_t'(what[IDX_W-1:3]), what[2]}
+                                   : {cfg_i.accel_base + line_addr_t'(what[IDX_W-1:1]), what[0]};
   end
 
   // ---- P_NT, P_LINE: node/TriAccel cache, and the ray's constants ---------------------------------------------
   logic       nt_hit, nt_miss;
+  logic [1:0] nt_halves, halves_oper_q;
   line_t      nt_line, line_oper_q;
   ray_const_t ray_oper;
   idx_t       what_oper;
@@ -122,12 +126,13 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   rc_l1 #(.Sets(NtSets), .Lock(L1Lock)) u_l1_nt (
     .clk_i, .rst_ni,
     .lookup_valid_i(nt_want_q), .lookup_addr_i(nt_addr_q),
-    .hit_o(nt_hit), .miss_o(nt_miss), .line_o(nt_line),
+    .hit_o(nt_hit), .miss_o(nt_miss), .line_o(nt_line), .halves_o(nt_halves),
     .req_valid_o(req_valid_o[0]), .req_ready_i(req_ready_i[0]), .req_addr_o(req_addr_o[0]),
-    .fill_valid_i(fill_valid_i[0]), .fill_ready_o(fill_ready_o[0]), .fill_addr_i, .fill_line_i,
+    .fill_valid_i(fill_valid_i[0]), .fill_ready_o(fill_ready_o[0]), .fill_addr_i, .fill_both_i,
+    .fill_line_i,
     .ev_conflict_o(unused_nt[0]), .ev_drop_o(unused_nt[1]), .ev_locked_o(unused_nt[2]), .busy_o(unused_nt[3]));
   assign act_line = a_q[P_LINE] && (gen_p[P_LINE].s_q.mode == BOX || nt_hit);
-  always_ff @(posedge clk_i) line_oper_q <= nt_line;
+  always_ff @(posedge clk_i) {halves_oper_q, line_oper_q} <= {nt_halves, nt_line};
   rc_delay #(.Width(IDX_W), .Depth(P_OPER - P_NT)) u_what (.clk_i, .in_i(what_q), .out_o(what_oper));
 
   // ---- P_OPER to P_END: arithmetic -----------------------------------------------------------------------------
@@ -142,8 +147,8 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   assign best_oper = (so.mode == BOX) ? ray_oper.t_max : so.best;
   rc_tni_front u_front (
     .clk_i, .box_lo_i(cfg_i.box_lo), .box_hi_i(cfg_i.box_hi), .mode_oper_i(so.mode), .ray_oper_i(ray_oper),
-    .line_oper_i(line_oper_q), .idx_oper_i(what_oper), .tmin_oper_i(so.tmin), .tmax_oper_i(so.tmax),
-    .best_oper_i(so.best), .stack_tmin_scale_i(stack_scale.tmin), .step1_next1_o(step1_next1),
+    .line_oper_i(line_oper_q), .halves_oper_i(halves_oper_q), .idx_oper_i(what_oper), .tmin_oper_i(so.tmin),
+    .tmax_oper_i(so.tmax), .best_oper_i(so.best), .stack_tmin_scale_i(stack_scale.tmin), .step1_next1_o(step1_next1),
     .two_oper2_o(two_oper2), .visit2_oper2_o(visit2_oper2), .box_tmin_boxn_o(box_tmin_boxn), .ou_off_o(ou),
     .ov_off_o(ov), .t_o(t_t), .tdu_td_o(tdu), .tdv_td_o(tdv), .den_zero_den_o(den_zero),
     .best_le_tmax_step1_o(le_tmax_step1), .best_lt_stack_step1_o(lt_stack_step1));

@@ -68,12 +68,19 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
   // ---- lights and materials ---------------------------------------------------------------------------
   logic       [NUM_RD_CLIENTS-1:0] req_valid, req_ready, rsp_valid, ev_line;
   line_addr_t [NUM_RD_CLIENTS-1:0] req_addr;
+  logic  [NUM_RD_CLIENTS-1:0][1:0] req_halves;
   block64_t                        rsp_block;
   line_t                           rsp_line, ld_line;
+  half_addr_t                      tni_req_addr;
   logic                            ld_valid;
   ld_kind_e                        ld_kind;
   logic       [7:0]                ld_idx;
   assign rsp_line = used_bits(rsp_block);
+  assign req_addr[RD_TNI] = tni_req_addr[HALF_ADDR_W-1:1];
+  always_comb begin
+    req_halves         = '1;
+    req_halves[RD_TNI] = {tni_req_addr[0], !tni_req_addr[0]};
+  end
   rc_loader u_loader (
     .clk_i, .rst_ni(unit_rst_n), .start_i(load_start), .busy_o(load_busy),
     .light_base_i(setup_i.light_base), .light_count_i(setup_i.light_count[4:0]),
@@ -108,8 +115,8 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
     .tree_i(setup_i.tree), .camera_i(setup_i.camera), .shade_i(shade_cfg), .frame_i(setup_i.frame),
     .blk_valid_i(blk_valid), .blk_ready_o(blk_ready), .blk_i(blk),
     .ld_valid_i(ld_valid), .ld_kind_i(ld_kind), .ld_idx_i(ld_idx), .ld_line_i(ld_line),
-    .tni_req_valid_o(req_valid[RD_TNI]), .tni_req_ready_i(req_ready[RD_TNI]), .tni_req_addr_o(req_addr[RD_TNI]),
-    .tni_rsp_valid_i(rsp_valid[RD_TNI]), .tni_rsp_line_i(rsp_line),
+    .tni_req_valid_o(req_valid[RD_TNI]), .tni_req_ready_i(req_ready[RD_TNI]), .tni_req_addr_o(tni_req_addr),
+    .tni_rsp_valid_i(rsp_valid[RD_TNI]), .tni_rsp_half_i(rsp_line[3:0]),
     .tri_req_valid_o(req_valid[RD_TRI]), .tri_req_ready_i(req_ready[RD_TRI]), .tri_req_addr_o(req_addr[RD_TRI]),
     .tri_rsp_valid_i(rsp_valid[RD_TRI]), .tri_rsp_line_i(rsp_line),
     .uv_req_valid_o(req_valid[RD_UV]), .uv_req_ready_i(req_ready[RD_UV]), .uv_req_addr_o(req_addr[RD_UV]),
@@ -126,7 +133,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
   rc_mem_rd #(.NumClients(NUM_RD_CLIENTS), .NumWindows(NUM_WINDOWS), .DataW(DataW), .IdW(IdW)) u_mem_rd (
     .clk_i, .rst_ni, .window_i(rd_window), .stop_i(stop), .idle_o(rd_idle),
     .err_valid_o(rd_err_valid), .err_o(rd_err),
-    .req_valid_i(req_valid), .req_ready_o(req_ready), .req_addr_i(req_addr),
+    .req_valid_i(req_valid), .req_ready_o(req_ready), .req_addr_i(req_addr), .req_halves_i(req_halves),
     .rsp_valid_o(rsp_valid), .rsp_block_o(rsp_block), .ev_line_o(ev_line),
     .m_axi_arid, .m_axi_araddr, .m_axi_arlen, .m_axi_arsize, .m_axi_arburst, .m_axi_arvalid, .m_axi_arready,
     .m_axi_rid, .m_axi_rdata, .m_axi_rresp, .m_axi_rlast, .m_axi_rvalid, .m_axi_rready

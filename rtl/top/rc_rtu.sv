@@ -2,9 +2,10 @@
 // Ray-tracing unit (paper Sec. 3.2, Fig. 3): the ring of setup, ray generation, T&I, shading and colour
 // buffer. Wiring only; docs/seams.md says what passes where. Settings are constant while a frame runs.
 module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
-  parameter int unsigned NtSets   = 256,   // L1 node/TriAccel caches, 2 ways x 64 bytes, one a pipeline
-  parameter int unsigned ListSets = 128,   // L1 list caches: see docs/memory.md
-  parameter int unsigned L2Sets   = 256,   // L2 cache, 8 ways x 64 bytes
+  parameter int unsigned NtSets   = 128,   // L1 node/TriAccel caches, 2 ways x 64 bytes, one a pipeline: see docs/memory.md
+  parameter int unsigned ListSets = 64,    // L1 list caches
+  parameter int unsigned L2Sets   = 256,   // L2 cache, of 64 bytes
+  parameter int unsigned L2Ways   = 14,
   parameter int unsigned InfoSets = 256    // triangle-information cache, 2 ways x 64 bytes
 ) (
   input  logic             clk_i,
@@ -22,9 +23,9 @@ module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
   input  line_t            ld_line_i,
   output logic             tni_req_valid_o,   // memory: T&I unit
   input  logic             tni_req_ready_i,
-  output line_addr_t       tni_req_addr_o,
+  output half_addr_t       tni_req_addr_o,
   input  logic             tni_rsp_valid_i,
-  input  line_t            tni_rsp_line_i,
+  input  half_line_t       tni_rsp_half_i,
   output logic             tri_req_valid_o,   // memory: triangle information
   input  logic             tri_req_ready_i,
   output line_addr_t       tri_req_addr_o,
@@ -62,6 +63,7 @@ module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
   pri_t      pri;
   sec_t      sec;
   ray_t      ray;
+  pipe_id_t  ray_home;
   hit_t      hit;
   done_t     done;
   logic      tni_err_valid, shade_err_valid;
@@ -77,15 +79,15 @@ module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
   rc_raygen u_raygen (
     .clk_i, .rst_ni, .cam_i(camera_i), .pri_valid_i(pri_valid), .pri_ready_o(pri_ready), .pri_i(pri),
     .sec_valid_i(sec_valid), .sec_ready_o(sec_ready), .sec_i(sec),
-    .ray_valid_o(ray_valid), .ray_ready_i(ray_ready), .ray_o(ray),
+    .ray_valid_o(ray_valid), .ray_ready_i(ray_ready), .ray_o(ray), .ray_home_o(ray_home),
     .path_ray_valid_o(path_ray_valid), .path_ray_o(path_ray)
   );
 
-  rc_tni #(.NtSets(NtSets), .ListSets(ListSets), .L2Sets(L2Sets)) u_tni (
-    .clk_i, .rst_ni, .cfg_i(tree_i), .in_valid_i(ray_valid), .in_ready_o(ray_ready), .in_i(ray),
+  rc_tni #(.NtSets(NtSets), .ListSets(ListSets), .L2Sets(L2Sets), .L2Ways(L2Ways)) u_tni (
+    .clk_i, .rst_ni, .cfg_i(tree_i), .in_valid_i(ray_valid), .in_ready_o(ray_ready), .in_i(ray), .in_home_i(ray_home),
     .out_valid_o(hit_valid), .out_ready_i(hit_ready), .out_o(hit),
     .req_valid_o(tni_req_valid_o), .req_ready_i(tni_req_ready_i), .req_addr_o(tni_req_addr_o),
-    .rsp_valid_i(tni_rsp_valid_i), .rsp_line_i(tni_rsp_line_i),
+    .rsp_valid_i(tni_rsp_valid_i), .rsp_half_i(tni_rsp_half_i),
     .err_valid_o(tni_err_valid), .err_o(tni_err), .ev_o(ev_o.tni), .ev_l2_hit_o(ev_o.l2_hit),
     .ev_l2_miss_o(ev_o.l2_miss)
   );

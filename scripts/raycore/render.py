@@ -72,7 +72,7 @@ def rtl_parameters():
     def default(file, name):
         return int(re.search(rf"parameter int unsigned {name}\s*=\s*(\d+)", (REPO / "rtl" / file).read_text())[1])
 
-    l1, l2 = default("mem/rc_l1.sv", "Ways"), default("mem/rc_l2.sv", "Ways")
+    l1, l2 = default("mem/rc_l1.sv", "Ways"), default("tni/rc_tni.sv", "L2Ways")
     sets = {name: default("tni/rc_tni.sv", name) for name in ("NtSets", "ListSets", "L2Sets")}
     return {
         "rtus": 1,

@@ -13,7 +13,7 @@
 module rc_l2 import rc_pkg::*; #(
   parameter int unsigned NumClients = 8,    // four node/TriAccel and four list caches
   parameter int unsigned Sets       = 256,  // power of two
-  parameter int unsigned Ways       = 14,   // 2 or more
+  parameter int unsigned Ways       = 13,   // 2 or more
   parameter int unsigned NumMshr    = 16    // halves on their way from memory
 ) (
   input  logic                        clk_i,

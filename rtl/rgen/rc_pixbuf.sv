@@ -113,7 +113,7 @@ module rc_pixbuf import rc_pkg::*, rc_rgen_pkg::*; (
   logic [2:0]       row_q;
   logic [12:0]      factor_q;                    // block rows above this one, to be multiplied
   logic [ROW_W-1:0] addr_q, term_q;
-  logic [3:0]       unused_fin_count;
+  logic [$clog2(BLOCK_SLOTS+1)-1:0] unused_fin_count;
   rc_fifo #(.data_t(blk_slot_t), .Depth(BLOCK_SLOTS)) u_finished (
     .clk_i, .rst_ni,
     .in_valid_i(store_last), .in_ready_o(fin_ready), .in_data_i(st_place.slot),

@@ -10,7 +10,7 @@ module rc_tni import rc_pkg::*; #(
   parameter int unsigned NtSets   = 128,   // of each L1, 2 ways x 64 bytes
   parameter int unsigned ListSets = 64,
   parameter int unsigned L2Sets   = 256,   // of 64 bytes
-  parameter int unsigned L2Ways   = 14,
+  parameter int unsigned L2Ways   = 13,
   parameter int unsigned L1Lock   = 64     // cycles
 ) (
   input  logic       clk_i,

@@ -20,16 +20,22 @@ RAYS = 21
 
 
 @functools.cache
-def line_of(addr):
-    """What memory holds: 480 bits that no other line has."""
-    return random.Random(addr).getrandbits(480)
+def half_of(addr):
+    """What memory holds: 240 bits that no other half of a line has."""
+    return random.Random(addr).getrandbits(240)
+
+
+def line_of(addr, halves):
+    """The line of half `addr`: these halves of it, zeros for the other."""
+    return sum(half_of(addr & ~1 | h) << 240 * h for h in range(2) if halves >> h & 1)
 
 
 class L2:
-    """Answers each request once, `latency()` cycles later; checks that no line is asked for twice."""
+    """Answers each request once, `latency()` cycles later, at times with the other half as well; checks that no half is
+    asked for twice."""
 
-    def __init__(self, dut, latency, p_ready=1.0, p_fill=1.0):
-        self.dut, self.latency, self.p_ready, self.p_fill = dut, latency, p_ready, p_fill
+    def __init__(self, dut, latency, p_ready=1.0, p_fill=1.0, p_both=0.3):
+        self.dut, self.latency, self.p_ready, self.p_fill, self.p_both = dut, latency, p_ready, p_fill, p_both
         self.open, self.fills, self.now, self.asked = {}, 0, 0, 0
         self.offer = None
 
@@ -39,7 +45,9 @@ class L2:
             due = [a for a, t in self.open.items() if t <= self.now]
             if due and random.random() < self.p_fill:
                 self.offer = min(due, key=self.open.get)
-                dut.fill_addr_i.value, dut.fill_line_i.value = self.offer, line_of(self.offer)
+                both = random.random() < self.p_both
+                line = line_of(self.offer, 3 if both else 1 << (self.offer & 1))
+                dut.fill_addr_i.value, dut.fill_both_i.value, dut.fill_line_i.value = self.offer, both, line
         dut.fill_valid_i.value = self.offer is not None
         dut.req_ready_i.value = random.random() < self.p_ready
 
@@ -47,7 +55,7 @@ class L2:
         dut = self.dut
         if dut.req_valid_o.value and dut.req_ready_i.value:
             addr = int(dut.req_addr_o.value)
-            assert addr not in self.open, f"line {addr:#x} asked for twice"
+            assert addr not in self.open, f"half {addr:#x} asked for twice"
             self.open[addr] = self.now + self.latency()
             self.asked += 1
         if self.offer is not None and dut.fill_ready_o.value:
@@ -64,7 +72,7 @@ class Ring:
         self.dut, self.l2, self.choose, self.rays = dut, l2, choose, rays
         self.want = [choose(r) for r in range(rays)]
         self.hits, self.since, self.longest = [0] * rays, [0] * rays, 0
-        self.misses = self.conflicts = self.drops = 0
+        self.misses = self.conflicts = self.drops = self.whole = 0
         self.last, self.quiet, self.longest_quiet = None, 0, 0
 
     async def run(self, cycles=None, until=None, p_lookup=1.0):
@@ -98,7 +106,11 @@ class Ring:
         self.quiet = 0 if hit else self.quiet + 1
         self.longest_quiet = max(self.longest_quiet, self.quiet)
         if hit:
-            assert int(dut.line_o.value) == line_of(self.want[ray]), f"wrong line for {self.want[ray]:#x}"
+            want, halves, line = self.want[ray], int(dut.halves_o.value), int(dut.line_o.value)
+            assert halves >> (want & 1) & 1, f"a hit without the half {want:#x}"
+            for h in (h for h in range(2) if halves >> h & 1):
+                assert line >> 240 * h & (1 << 240) - 1 == half_of(want & ~1 | h), f"wrong line for {want:#x}, half {h}"
+            self.whole += halves == 3
             self.hits[ray] += 1
             self.longest = max(self.longest, self.l2.now - self.since[ray])
             self.want[ray], self.since[ray] = self.choose(ray), self.l2.now
@@ -117,15 +129,16 @@ async def reset(dut):
 
 async def start(dut):
     Clock(dut.clk_i, 10, unit="ns").start()
-    dut.lookup_addr_i.value = dut.fill_addr_i.value = dut.fill_line_i.value = 0
+    dut.lookup_addr_i.value = dut.fill_addr_i.value = dut.fill_both_i.value = dut.fill_line_i.value = 0
     await reset(dut)
 
 
 def some_lines(sets, tags, total_sets):
-    """Lines of few sets, so that they compete, with tags of extreme values among them."""
+    """Both halves of lines of few sets, so that they compete, with tags of extreme values among them."""
     tag_w = 26 - (total_sets - 1).bit_length()
     pick = [0, 1 << tag_w - 1, (1 << tag_w) - 1, *random.sample(range(1 << tag_w), tags - 3)]
-    return [t * total_sets + s for t in pick for s in random.sample(range(total_sets), sets)]
+    lines = [t * total_sets + s for t in pick for s in random.sample(range(total_sets), sets)]
+    return [2 * line + h for line in lines for h in range(2)]
 
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")
@@ -152,18 +165,34 @@ async def random_traffic(dut, p_ready, p_fill):
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")
 async def resident(dut):
-    """As many lines as the cache holds: each is asked for once and then always hits."""
+    """As many lines as the cache holds: each half is asked for once and then always hits, both halves in one way."""
     await start(dut)
     sets, ways = int(dut.Sets.value), int(dut.Ways.value)
-    lines = [(7 * w + s % 5) * sets + s for s in range(sets) for w in range(ways)]
+    lines = [2 * ((7 * w + s % 5) * sets + s) + h for s in range(sets) for w in range(ways) for h in range(2)]
     random.shuffle(lines)
     order = iter(lines * 3)
-    l2 = L2(dut, lambda: random.randrange(1, 40))
+    l2 = L2(dut, lambda: random.randrange(1, 40), p_both=0.0)
     ring = Ring(dut, l2, lambda _: next(order, lines[0]))
     await ring.run(until=lambda: sum(ring.hits) >= 3 * len(lines))
     assert l2.asked == len(lines), f"{l2.asked} requests for {len(lines)} lines"
     await ring.run(cycles=100)
-    assert not int(dut.busy_o.value)
+    assert not int(dut.busy_o.value) and ring.whole >= len(lines)
+
+
+@cocotb.test(timeout_time=20, timeout_unit="ms")
+async def other_half(dut):
+    """What came along is there, and only that; and a line's second half never drives another line out."""
+    await start(dut)
+    sets, ways = int(dut.Sets.value), int(dut.Ways.value)
+    for both in (1.0, 0.0):
+        await reset(dut)
+        l2 = L2(dut, lambda: 3, p_both=both)
+        lines = [2 * (tag * sets + 3) for tag in range(1, 1 + ways)]
+        for addr in (*lines, *(line + 1 for line in lines)):
+            ring = Ring(dut, l2, lambda _, addr=addr: addr, rays=1)
+            await ring.run(until=lambda ring=ring: ring.hits[0])
+            assert (ring.misses == 0) == (both == 1.0 and addr & 1), f"half {addr:#x}, both {both}"
+        assert l2.asked == (ways if both else 2 * ways)
 
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")
@@ -174,7 +203,7 @@ async def replacement(dut):
     if ways != 2:
         return
     l2 = L2(dut, lambda: 3)
-    a, b, c = (tag * sets + 5 for tag in (1, 2, 3))
+    a, b, c = (2 * (tag * sets + 5) + tag % 2 for tag in (1, 2, 3))
 
     async def look(addr):
         """Look until it hits; returns the misses."""
@@ -211,7 +240,7 @@ async def livelock(dut, latency):
 
     def choose(ray):
         count[ray] += 1
-        return (ray * 50 + count[ray] % 3) * sets + 7
+        return 2 * ((ray * 50 + count[ray] % 3) * sets + 7) + ray % 2
 
     ring = Ring(dut, L2(dut, lambda: latency), choose)
     await ring.run(cycles=8000)

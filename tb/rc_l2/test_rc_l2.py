@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-"""rc_l2: every request is answered once with the right line, memory is asked once a line, nobody is blocked or starves.
+"""rc_l2: every request is answered once with the right data, memory is asked once a half line, nobody is blocked or starves.
 
-The clients behave like L1 caches: several requests outstanding, never twice for the same line, and at times they
-do not take what they asked for. Memory answers in order.
+The clients behave like L1 caches: several requests outstanding, never twice for the same half, and at times they
+do not take what they asked for. Memory answers in order. Addresses are those of halves of lines.
 """
 
 import functools
@@ -21,9 +21,9 @@ SOURCES = rtl("prim/rc_skid.sv", "prim/rc_ram_1r1w.sv", "prim/rc_fifo.sv", "prim
 
 
 @functools.cache
-def line_of(addr):
-    """What memory holds: 480 bits that no other line has."""
-    return random.Random(addr).getrandbits(480)
+def half_of(addr):
+    """What memory holds: 240 bits that no other half of a line has."""
+    return random.Random(addr).getrandbits(240)
 
 
 class Client:
@@ -51,7 +51,7 @@ class Bench:
     def __init__(self, dut, clients, latency=lambda: 20, p_mem=1.0):
         self.dut, self.clients, self.latency, self.p_mem = dut, clients, latency, p_mem
         self.memory, self.now, self.asked = deque(), 0, []
-        self.hits = self.misses = self.merges = 0
+        self.hits = self.misses = self.merges = self.whole = 0
         self.frozen = False                # memory takes requests but does not answer
 
     async def cycle(self):
@@ -60,14 +60,14 @@ class Bench:
         for i, c in enumerate(clients):
             if (a := c.choose()) is not None:
                 valid |= 1 << i
-                addr |= a << 26 * i
+                addr |= a << 27 * i
             ready |= (random.random() < c.p_ready) << i
         dut.req_valid_i.value, dut.req_addr_i.value, dut.fill_ready_i.value = valid, addr, ready
         dut.mem_req_ready_i.value = random.random() < self.p_mem
         answer = self.memory and self.memory[0][1] <= self.now and not self.frozen
         dut.mem_rsp_valid_i.value = bool(answer)
         if answer:
-            dut.mem_rsp_line_i.value = line_of(self.memory.popleft()[0])
+            dut.mem_rsp_half_i.value = half_of(self.memory.popleft()[0])
         await FallingEdge(dut.clk_i)
         taken = int(dut.req_ready_o.value)
         assert not taken & ~valid, "a client that did not ask was taken"
@@ -78,7 +78,10 @@ class Bench:
         filled = int(dut.fill_valid_o.value)
         if filled & ready:
             a, line = int(dut.fill_addr_o.value), int(dut.fill_line_o.value)
-            assert line == line_of(a), f"wrong line for {a:#x}"
+            both = int(dut.fill_both_o.value)
+            for h in range(2) if both else [a & 1]:
+                assert line >> 240 * h & (1 << 240) - 1 == half_of(a & ~1 | h), f"wrong line for {a:#x}, half {h}"
+            self.whole += both
             for i, c in enumerate(clients):
                 if filled >> i & ready >> i & 1:
                     assert a in c.open, f"client {i} did not ask for {a:#x}"
@@ -86,7 +89,7 @@ class Bench:
                     c.served += 1
         if dut.mem_req_valid_o.value and dut.mem_req_ready_i.value:
             a = int(dut.mem_req_addr_o.value)
-            assert a not in [m[0] for m in self.memory], f"line {a:#x} asked for twice"
+            assert a not in [m[0] for m in self.memory], f"half {a:#x} asked for twice"
             due = max(self.now + self.latency(), self.memory[-1][1] if self.memory else 0)
             self.memory.append((a, due))
             self.asked.append(a)
@@ -114,7 +117,7 @@ async def reset(dut):
 
 async def start(dut):
     Clock(dut.clk_i, 10, unit="ns").start()
-    dut.req_addr_i.value = dut.mem_rsp_line_i.value = 0
+    dut.req_addr_i.value = dut.mem_rsp_half_i.value = 0
     await reset(dut)
     return (int(p.value) for p in (dut.NumClients, dut.Sets, dut.Ways, dut.NumMshr))
 
@@ -132,7 +135,7 @@ async def random_traffic(dut, p_ready, p_mem, latency):
     for _ in range(2):
         tags = [1 << 26 - sets.bit_length(), *random.sample(range(top // sets), 2 * ways)]   # first: top bit only
         lines = [t * sets + s for t in tags for s in (0, 1 % sets, sets - 1)]
-        lines += [0, top]
+        lines = [2 * line + h for line in [*lines, 0, top] for h in range(2)]
         clients = [Client(draw(lines, 100), random.choice([0.3, 1.0]), p_ready, random.choice([2, 24]))
                    for _ in range(num)]
         bench = Bench(dut, clients, lambda: random.randint(1, 2 * latency), p_mem)
@@ -146,47 +149,54 @@ async def random_traffic(dut, p_ready, p_mem, latency):
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")
 async def serial(dut):
-    """One request at a time: exactly the hits and misses of a tree pseudo-LRU, written down another way."""
+    """One request at a time: exactly the hits and misses of a tree pseudo-LRU, written down another way, and a line comes
+    whole if both halves are there."""
     num, sets, ways, _ = await start(dut)
-    lines = [t * sets + s for t in range(ways + ways // 2) for s in (0, sets - 1)]
+    leaves = 1 << (ways - 1).bit_length()
+    lines = [2 * (t * sets + s) + h for t in range(ways + ways // 2) for s in (0, sets - 1) for h in range(2)]
+    halves = {}                                 # line -> halves that are there
     contents = {s: [None] * ways for s in range(sets)}
     last_use = {s: {} for s in range(sets)}     # (first way, ways) of a subtree -> when used last
 
     def use(s, way, when):
         size = 1
-        while size < ways:
+        while size < leaves:
             last_use[s][way // size * size, size] = when
             size *= 2
 
     def victim(s):
         if None in contents[s]:
             return contents[s].index(None)
-        first, size = 0, ways
+        first, size = 0, leaves
         while size > 1:
             size //= 2
             low, high = (last_use[s].get((f, size), -1) for f in (first, first + size))
-            first += size if high < low else 0
+            first += size if high < low and first + size < ways else 0
         return first
 
     bench = Bench(dut, [Client([]) for _ in range(num)], lambda: 2)
     for n in range(600):
         addr = random.choice(lines)
-        s = addr % sets
-        hit = addr in contents[s]
-        way = contents[s].index(addr) if hit else victim(s)
-        contents[s][way] = addr
+        line, half = addr >> 1, 1 << (addr & 1)
+        s = line % sets
+        there = line in contents[s]
+        way = contents[s].index(line) if there else victim(s)
+        contents[s][way] = line
+        hit = there and bool(halves[line] & half)
+        halves[line] = half | (halves[line] if there else 0)
         use(s, way, n)
         bench.clients[n % num] = Client([addr])
-        before = bench.hits, bench.misses
+        before = bench.hits, bench.misses, bench.whole
         await bench.run()
         assert (bench.hits - before[0], bench.misses - before[1]) == (hit, not hit), f"access {n} of {addr:#x}"
+        assert bench.whole - before[2] == (hit and halves[line] == 3), f"access {n} of {addr:#x}"
 
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")
 async def merged(dut):
     """All clients want the same lines: memory is asked once a line, everybody gets it."""
     num, sets, _, mshr = await start(dut)
-    lines = [random.randrange(1 << 26) for _ in range(mshr)]
+    lines = [random.randrange(1 << 27) for _ in range(mshr)]
     bench = Bench(dut, [Client(lines) for _ in range(num)], lambda: 200)
     await bench.run()
     assert sorted(bench.asked) == sorted(lines)
@@ -197,11 +207,11 @@ async def merged(dut):
 async def hit_under_full(dut):
     """All entries are taken and half of the clients wait for one: the other half's hits still flow."""
     num, sets, ways, mshr = await start(dut)
-    warm = [s for s in range(min(sets, 32))]
+    warm = [2 * s + s % 2 for s in range(min(sets, 32))]
     bench = Bench(dut, [Client(warm)] + [Client([]) for _ in range(num - 1)])
     await bench.run()
     half = num // 2
-    cold = [[(5 + c) * sets + s for s in range(3 * mshr)] for c in range(half)]
+    cold = [[2 * ((5 + c) * sets + s) for s in range(3 * mshr)] for c in range(half)]
     bench.clients = [Client(cold[c], max_open=99) for c in range(half)] + [
         Client(draw(warm, 10**9)) for _ in range(num - half)]
     bench.frozen = True
@@ -222,11 +232,11 @@ async def hit_under_full(dut):
 async def fairness(dut):
     """Everybody misses all the time, while some others hit: each gets its share of the entries."""
     num, sets, _, mshr = await start(dut)
-    warm = list(range(min(sets, 16)))
+    warm = list(range(2 * min(sets, 16)))
     bench = Bench(dut, [Client(warm)] + [Client([]) for _ in range(num - 1)])
     await bench.run()
     missing = max(1, num - 2)
-    clients = [Client(range((10 + c) << 16, (11 + c) << 16), max_open=10**6) for c in range(missing)]
+    clients = [Client(range((10 + c) << 17, (11 + c) << 17), max_open=10**6) for c in range(missing)]
     bench.clients = clients + [Client(draw(warm, 10**9), p_request=0.5) for _ in range(num - missing)]
     bench.latency = lambda: 60
     await bench.run(cycles=bench.now + 6000)
@@ -241,7 +251,7 @@ async def fairness(dut):
 async def throughput(dut):
     """Hits only: a line is offered to its client two cycles after S1; with several clients there is one a cycle."""
     num, sets, ways, _ = await start(dut)
-    warm = [s for s in range(min(sets, 64))]
+    warm = list(range(2 * min(sets, 64)))
     bench = Bench(dut, [Client(warm)] + [Client([]) for _ in range(num - 1)])
     await bench.run()
     bench.clients = [Client(draw(warm, 200))] + [Client([]) for _ in range(num - 1)]
@@ -254,6 +264,6 @@ async def throughput(dut):
 
 
 @pytest.mark.parametrize("parameters", [
-    {}, {"NumClients": 2, "Sets": 4, "Ways": 2, "NumMshr": 2}], ids=["default", "small"])
+    {}, {"NumClients": 2, "Sets": 4, "Ways": 3, "NumMshr": 2}, {"Ways": 8}], ids=["default", "small", "eight"])
 def test_rc_l2(parameters):
     run_cocotb("rc_l2", SOURCES, "test_rc_l2", parameters=parameters)

@@ -108,6 +108,7 @@ class Bench:
     left_at: list = field(default_factory=list)
     pixels: object = None
     words: list = field(default_factory=list)
+    homes: dict = field(default_factory=dict)  # ray index -> pipeline its pixel's block prefers
     _pri: object = None
     _sec: object = None
     _id: int = 0
@@ -139,10 +140,12 @@ class Bench:
         """Drive new values, wait for the edge, look at what it will take."""
         dut, rng = self.dut, self.rng
         if self._pri is None and rng.random() < self.p_pri:
-            self._pri = primary(self.camera, self._next_id(), *self._pixel())
+            ray_id, (x, y) = self._next_id(), self._pixel()
+            self._pri = *primary(self.camera, ray_id, x, y), ray_id, (y >> 3 & 1) * 2 + (x >> 3 & 1)
             dut.pri_i.value = self._pri[0]
         if self._sec is None and rng.random() < self.p_sec:
-            self._sec = secondary(rng, self._next_id())
+            ray_id = rng.choice([*self.homes, self._next_id()])
+            self._sec = *secondary(rng, ray_id), ray_id
             dut.sec_i.value = self._sec[0]
         ready = rng.random() < self.p_ready
         dut.pri_valid_i.value = self._pri is not None
@@ -156,9 +159,10 @@ class Bench:
         leaves = bool(dut.ray_valid_o.value) and ready
         if leaves:
             assert self.expected, "a ray nobody asked for"
-            ray, path = self.expected.pop(0)
+            ray, path, home = self.expected.pop(0)
             got = int(dut.ray_o.value)
             assert got == ray, f"ray {len(self.left_at)} is\n{got:075x}, not\n{ray:075x}"
+            assert home is None or int(dut.ray_home_o.value) == home, "a ray prefers another pipeline than its block"
             self.left_at.append(self.cycle)
             self.words.append(got)
             assert bool(dut.path_ray_valid_o.value) == (path is not None)
@@ -167,11 +171,13 @@ class Bench:
         else:
             assert not dut.path_ray_valid_o.value
         if pri:
-            self.expected.append(self._pri[1:])
+            ray, path, ray_id, self.homes[ray_id] = self._pri[1:]
+            self.expected.append((ray, path, self.homes[ray_id]))
             self.taken["pri"] += 1
             self._pri = None
         if sec:
-            self.expected.append(self._sec[1:])
+            ray, path, ray_id = self._sec[1:]
+            self.expected.append((ray, path, self.homes.get(ray_id)))
             self.taken["sec"] += 1
             self._sec = None
 

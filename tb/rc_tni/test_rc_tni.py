@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-"""rc_tni against raycore.model.tracer: every hit bit for bit, every slot accounted for, whatever the memory does."""
+"""rc_tni against raycore.model.tracer: every hit bit for bit, every step accounted for, whatever the memory does."""
 
 import os
 import random
@@ -28,15 +28,15 @@ EVENTS = ["ray_out", "ray_in", "list_hit", "nt_hit", "bubble", "miss_list", "mis
 async def start(dut, bench, max_slots=0xFFFF):
     Clock(dut.clk_i, 10, unit="ns").start()
     dut.rst_ni.value = 0
-    for port in (dut.in_valid_i, dut.out_ready_i, dut.rsp_valid_i, dut.req_ready_i):
+    for port in (dut.in_valid_i, dut.in_home_i, dut.out_ready_i, dut.rsp_valid_i, dut.req_ready_i):
         port.value = 0
     dut.cfg_i.value = bench.cfg(max_slots)
     await ClockCycles(dut.clk_i, 3)
     dut.rst_ni.value = 1
 
 
-async def memory(dut, line, latency, p_ready):
-    """Answer lines in order after `latency(i)` cycles, one a cycle at most."""
+async def memory(dut, half, latency, p_ready):
+    """Answer halves of lines in order after `latency(i)` cycles, one a cycle at most."""
     cycle, queue = 0, []
     ready = False
     while True:
@@ -46,7 +46,7 @@ async def memory(dut, line, latency, p_ready):
             queue.append((cycle + latency(), int(dut.req_addr_o.value)))
         dut.rsp_valid_i.value = 0
         if queue and queue[0][0] <= cycle:
-            dut.rsp_valid_i.value, dut.rsp_line_i.value = 1, line(queue.pop(0)[1])
+            dut.rsp_valid_i.value, dut.rsp_half_i.value = 1, half(queue.pop(0)[1])
         ready = random.random() < p_ready
         dut.req_ready_i.value = ready
 
@@ -80,6 +80,7 @@ async def trace(dut, rays, p_valid=1.0, p_ready=1.0, limit=400_000):
             ident = free.pop(random.randrange(len(free)))
             owner[ident] = sent
             dut.in_i.value, valid = ray_word(ident, rays[sent]), True
+            dut.in_home_i.value = random.randrange(4)
         dut.in_valid_i.value = valid
         ready = random.random() < p_ready
         dut.out_ready_i.value = ready
@@ -103,7 +104,7 @@ async def random_rays(dut):
         rays = bench.random_rays(count)
         want, slots = bench.expect(rays)
         await start(dut, bench)
-        tasks = [cocotb.start_soon(memory(dut, bench.line, latency, p_ready)), cocotb.start_soon(count_events(dut, got := {}))]
+        tasks = [cocotb.start_soon(memory(dut, bench.half, latency, p_ready)), cocotb.start_soon(count_events(dut, got := {}))]
         hits, cycles = await trace(dut, rays, p_valid=random.choice([0.3, 1.0]), p_ready=p_ready)
         await ClockCycles(dut.clk_i, 5)
         for task in tasks:
@@ -112,7 +113,10 @@ async def random_rays(dut):
         assert not wrong, f"{len(wrong)} of {count} rays differ, first {wrong[0]}: {rays[wrong[0]]}\n" \
                           f"got  {hits[wrong[0]]:028x}\nwant {want[wrong[0]]:028x}"  # fmt: skip
         total = dict(zip(("box", "trav1", "trav2", "isect"), slots.sum(0).tolist(), strict=True))
-        assert {k: got[k] for k in total} == total
+        # A second step needs its half of the line in the cache, which depends on timing: steps count, not slots.
+        assert (got["box"], got["isect"]) == (total["box"], total["isect"]), (got, total)
+        assert got["trav1"] + 2 * got["trav2"] == total["trav1"] + 2 * total["trav2"], (got, total)
+        assert 0 < got["trav2"] <= total["trav2"]
         assert got["ray_in"] == got["ray_out"] == count
         cocotb.log.info("%d triangles: %d cycles, %.1f slots a ray, %d lost to misses", triangles, cycles,
                         sum(total.values()) / count, got["miss_nt"] + got["miss_list"])  # fmt: skip
@@ -136,7 +140,7 @@ async def bad_memory(dut):
                     far = 0xFFFFF0 if what == "node" else bench.tree.root
                     words[i] = words[i] & ~(0xFFFFFF << 29 | 3 << 27) | far << 29
         await start(dut, bench, max_slots=2000)
-        task = cocotb.start_soon(memory(dut, bench.line, lambda: 20, 1.0))
+        task = cocotb.start_soon(memory(dut, bench.half, lambda: 20, 1.0))
         dut.out_ready_i.value = 1
         for cycle in range(120_000):
             await RisingEdge(dut.clk_i)

@@ -38,9 +38,9 @@ class Bench:
             line = self.lines.setdefault(base + i // LINE_WORDS, [0] * LINE_WORDS)
             line[i % LINE_WORDS] = int(word) & WORD_MASK
 
-    def line(self, addr):
-        """`line_t` at a line address; KeyError outside the regions: the unit must not ask for it."""
-        return sum(w << (60 * i) for i, w in enumerate(self.lines[addr]))
+    def half(self, addr):
+        """`half_line_t` at the address of half a line; KeyError outside the regions: the unit must not ask for it."""
+        return sum(w << (60 * i) for i, w in enumerate(self.lines[addr >> 1][4 * (addr & 1) :][:4]))
 
     def cfg(self, max_slots=0xFFFF):
         """`tree_cfg_t`."""

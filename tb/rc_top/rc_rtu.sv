@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// Stand-in for the ray-tracing unit with its ports, to test what is around it. For each block it
-// reads a line of nodes, of triangle information, of texture coordinates and a block of textures, then "traces" one ray a pixel and paints
-//   pixel (x, y) = low 32 bits of (node word 0 + info word 0 + last light word 0 + last material's words 0, optics too
+// Stand-in for the ray-tracing unit with its ports, to test what is around it. For each block of pixels it
+// reads the upper half of a line of nodes, a line of triangle information, of texture coordinates and a block of
+// textures, then "traces" one ray a pixel and paints
+//   pixel (x, y) = low 32 bits of (node word 4 + info word 0 + last light word 0 + last material's words 0, optics too
 //                  + uv word 1) + high 32 bits of texture word 7, ^ {y, x}
 // node word 7 = 1 reports ERR_NODE with the low bits of word 6; 2 asks for a line outside all windows;
 // 3 stops for ever.
@@ -21,9 +22,9 @@ module rc_rtu import rc_pkg::*; (
   input  line_t            ld_line_i,
   output logic             tni_req_valid_o,
   input  logic             tni_req_ready_i,
-  output line_addr_t       tni_req_addr_o,
+  output half_addr_t       tni_req_addr_o,
   input  logic             tni_rsp_valid_i,
-  input  line_t            tni_rsp_line_i,
+  input  half_line_t       tni_rsp_half_i,
   output logic             tri_req_valid_o,
   input  logic             tri_req_ready_i,
   output line_addr_t       tri_req_addr_o,
@@ -67,12 +68,13 @@ module rc_rtu import rc_pkg::*; (
   assign x0         = {blk_q.x, 3'b0};
   assign y          = {blk_q.y, row_q};
   assign node_lines = LINE_ADDR_W'(tree_i.node_count >> 3);
-  assign colour     = node_q[0][31:0] + info_q + light_q + mat_q + optics_q + uv_q + tex_q;
+  assign colour     = node_q[4][31:0] + info_q + light_q + mat_q + optics_q + uv_q + tex_q;
 
   assign blk_ready_o     = state_q == WAIT;
   assign idle_o          = state_q == WAIT;
   assign tni_req_valid_o = state_q == ASK && !asked_q[0];
-  assign tni_req_addr_o  = outside_q ? '1 : tree_i.node_base + LINE_ADDR_W'(16'(blk_q.x) + 16'(blk_q.y)) % node_lines;
+  assign tni_req_addr_o  = outside_q ? '1
+                                     : {tree_i.node_base + LINE_ADDR_W'(16'(blk_q.x) + 16'(blk_q.y)) % node_lines, 1'b1};
   assign tri_req_valid_o = state_q == ASK && !asked_q[1];
   assign tri_req_addr_o  = shade_i.info_base + LINE_ADDR_W'(blk_q.x) % LINE_ADDR_W'(tree_i.tri_count);
   assign uv_req_valid_o  = state_q == ASK && !asked_q[2];
@@ -126,7 +128,7 @@ module rc_rtu import rc_pkg::*; (
       end
       if (tni_rsp_valid_i) begin
         answered_q[0] <= 1'b1;
-        node_q        <= tni_rsp_line_i;
+        node_q        <= {tni_rsp_half_i, {$bits(half_line_t){1'b0}}};
       end
       if (tri_rsp_valid_i) begin
         answered_q[1] <= 1'b1;

@@ -45,7 +45,7 @@ class Scene:
         out = np.zeros((height, width), np.uint32)
         for y in range(height):
             for x in range(width):
-                node = self.word("NODE_BASE", (x // 8 + y // 8) % (self.regs["NODE_COUNT"] // 8))
+                node = self.word("NODE_BASE", (x // 8 + y // 8) % (self.regs["NODE_COUNT"] // 8), 32)
                 info = self.word("INFO_BASE", x // 8 % self.regs["TRI_COUNT"])
                 uv = self.word("UV_BASE", y // 8 % 2, 8)
                 texel = self.word("TEX_BASE", x // 8 % 4, 60)

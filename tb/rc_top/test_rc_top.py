@@ -34,7 +34,7 @@ def test_frame(seed, latency, pauses):
     assert count["SLOTS_TRAV2"] == 2 * blocks * 64
     assert (count["LINES_TNI"], count["LINES_TRI"], count["LINES_LOADER"]) == (blocks, blocks, 13)
     assert (count["LINES_UV"], count["LINES_TEX"]) == (blocks, blocks)
-    assert (size["nodes"], size["info"], size["lights"], size["materials"]) == (blocks * 64, blocks * 64, 192, 640)
+    assert (size["nodes"], size["info"], size["lights"], size["materials"]) == (blocks * 32, blocks * 64, 192, 640)
     assert (size["uv"], size["textures"]) == (blocks * 64, blocks * 64)
     assert count["FB_ROWS"] == 6 * 27 and size["frame"] == 32 * 6 * 27   # rows below the picture are not sent
     assert count["RAYS_IN_FLIGHT"] == blocks * 64 // 16                     # one cycle each
@@ -54,7 +54,7 @@ def test_bus_width(seed):
     result = run(made, memory=Memory(width=mem_width, backpressure=0.2, seed=seed))
     np.testing.assert_array_equal(result.frame, made.expected())
     assert result.stats["axi"]["read_beats"] == result.stats["counters"]["LINES_LOADER"] * 512 // mem_width \
-        + 96 * 512 // mem_width
+        + 24 * (256 + 3 * 512) // mem_width
 
 
 def test_full_tables(seed):
@@ -104,7 +104,7 @@ def test_address_outside(seed):
     made.command(2, 2)
     with pytest.raises(FrameError) as info:
         run(made)
-    assert (info.value.code, info.value.addr) == (ERR_WINDOW, 0xFFFFFFC0)
+    assert (info.value.code, info.value.addr) == (ERR_WINDOW, 0xFFFFFFE0)
 
 
 @pytest.mark.parametrize("kind, code", [("slverr", ERR_SLVERR), ("decerr", ERR_DECERR)])

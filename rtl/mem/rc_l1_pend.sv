@@ -64,7 +64,9 @@ module rc_l1_pend import rc_pkg::*; #(
   always_ff @(posedge clk_i) begin
     if (!rst_ni) valid_q <= '0;
     else         valid_q <= (valid_q & ~(free_valid_i ? same_fill : '0)) | (push ? alloc : '0);
-    if (free_valid_i) for (int i = 0; i < MaxPend; i++) place_q[i] <= after(place_q[i], addr_q[i], fill_addr_i, free_way_i);
+    if (free_valid_i) begin
+      for (int i = 0; i < MaxPend; i++) place_q[i] <= after(place_q[i], addr_q[i], fill_addr_i, free_way_i);
+    end
     if (push) begin
       for (int i = 0; i < MaxPend; i++) begin
         if (alloc[i]) begin

@@ -121,7 +121,8 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
     for (int b = 0; b < BEATS; b++) begin
       for (int w = 0; w < WORDS; w++) begin
         if (outside) rsp_block_o[b * WORDS + w] <= '0;
-        else if (beat && (beat_q == BEAT_W'(b) || (head.half && beat_q == BEAT_W'(b % (BEATS / 2))))) rsp_block_o[b * WORDS + w] <= m_axi_rdata[64 * w +: 64];
+        else if (beat && (beat_q == BEAT_W'(b) || (head.half && beat_q == BEAT_W'(b % (BEATS / 2)))))
+          rsp_block_o[b * WORDS + w] <= m_axi_rdata[64 * w +: 64];
       end
     end
   end

@@ -2,7 +2,7 @@
 // Ray-tracing unit (paper Sec. 3.2, Fig. 3): the ring of setup, ray generation, T&I, shading and colour
 // buffer. Wiring only; docs/seams.md says what passes where. Settings are constant while a frame runs.
 module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
-  parameter int unsigned NtSets   = 128,   // L1 node/TriAccel caches, 2 ways x 64 bytes, one a pipeline: see docs/memory.md
+  parameter int unsigned NtSets   = 128,   // L1 node/TriAccel caches, 2 ways x 64 bytes: see docs/memory.md
   parameter int unsigned ListSets = 64,    // L1 list caches
   parameter int unsigned L2Sets   = 256,   // L2 cache, of 64 bytes
   parameter int unsigned L2Ways   = 13,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-"""rc_mem_rd: every client gets its lines and halves of lines in order; bad addresses and bad memories are reported and hang nothing."""
+"""rc_mem_rd: clients get lines and halves in order; bad addresses and bad memories are reported and hang nothing."""
 
 import random
 from collections import deque

@@ -11,6 +11,7 @@ package rc_tbu_pkg;
   parameter int unsigned MAX_LEAF    = 4;    // no split at so many references or fewer (paper Sec. 3.7)
   parameter int unsigned NODE_EXTENT = 128;  // nodes, 1 KB
   parameter int unsigned LIST_EXTENT = 256;  // list entries, 1 KB
+  parameter fp_t         JUMP_SPLIT  = 24'hFEFFFF;   // plane of a jump node: most negative, every ray is above it
   typedef logic [COORD_W-1:0]     coord_t;
   typedef coord_t [2:0]           point_t;   // [0] x
   typedef logic [COUNT_W-1:0]     count_t;

@@ -48,6 +48,16 @@ package rc_tbu_pkg;
     idx_t  idx;                              // of its root node
   } subtree_t;
 
+  // An inner node whose other child was donated: written by rc_tbu_upper when that child's subtree_t (dest.entry) came
+  // too, before or after this. Its place is known here, and with it its adjacent child, idx + 1; no child is empty.
+  typedef struct packed {
+    logic [6:0] entry;                       // 64 to 79
+    logic [1:0] axis;
+    coord_t     pos;
+    logic       swap;
+    idx_t       idx;                         // its own place, left free
+  } donated_t;
+
   // 32 bytes to write: nodes 4*row to 4*row+3, list entries 8*row to 8*row+7, or references 2*row and 2*row+1.
   typedef enum logic [1:0] {WR_NODE = 2'd0, WR_LIST = 2'd1, WR_REF = 2'd2} wr_kind_e;
   typedef struct packed {

@@ -44,9 +44,8 @@ def meshes():
     yield "points in a line", np.repeat(rng.integers(1, 40, (60, 1, 1)) * [[[1, 0, 0]]] + [[[0, 5, 5]]], 3, axis=1)
     yield "one point", np.full((30, 3, 3), MIDDLE)
     yield "coplanar", soup(rng, 80, 20000) * (1, 1, 0) + (0, 0, MIDDLE)
-    yield "needles", soup(rng, 80, 1) + np.rint(rng.normal(0, 1, (80, 3, 3)) * [30000, 40, 2]).astype(int).clip(0, 0)
     yield (
-        "long needles",
+        "needles",
         np.clip(soup(rng, 80, 1) + np.rint(rng.normal(0, 1, (80, 3, 3)) * [60000, 9, 2]).astype(int), 1, TOP),
     )
     yield "terrain", grid(7, 9001, lambda x, y: 90000 + 5000 * ((3 * x + 5 * y) % 7))
@@ -468,7 +467,7 @@ def test_fixed_point():
     bits = model.fp24_from_fixed(q)
     assert (fp24.from_bits(bits) == (q - MIDDLE) * 2.0**-17).all()
     assert (model.fixed_from_fp24(bits) == q).all()
-    assert model.fixed_from_fp24([0x800000, 0, 0xADFFFF & 0x80FFFF]).tolist() == [MIDDLE] * 3
+    assert model.fixed_from_fp24([0x800000, 0, 0x80FFFF]).tolist() == [MIDDLE] * 3
     for bad, text in (
         ([0x3F0000], "outside"),
         ([0xBF0000], "outside"),

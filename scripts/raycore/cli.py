@@ -75,6 +75,13 @@ class Engine(StrEnum):
     double = "double"
 
 
+class TreeBuilder(StrEnum):
+    """Who builds the tree."""
+
+    host = "host"
+    model = "model"
+
+
 # ---- outputs ---------------------------------------------------------------------------------------------------------------
 
 
@@ -274,6 +281,10 @@ def render(
     engine: Annotated[
         Engine, typer.Option(help="rtl: the hardware; model: its bit-exact reference; double: double precision.")
     ] = Engine.rtl,
+    tree: Annotated[
+        TreeBuilder,
+        typer.Option(help="host: exact SAH with clipping; model: the tree that the tree-building unit makes."),
+    ] = TreeBuilder.host,
 ):
     """Render SCENE to a PNG.
 
@@ -297,6 +308,7 @@ def render(
     from raycore.image import View, build_geometry, build_image, complete_view
     from raycore.model.pixbuf import RGB10A2, RGBA8, unpack
     from raycore.scene import parse_camera, parse_light
+    from raycore.tbu import Params
 
     outputs = {"--output": output, "--stats": stats, "--aov": aov, "--waves": waves}
     difference = output.with_suffix(".diff.png") if check else None
@@ -326,7 +338,7 @@ def render(
         loaded = _scene(scene, not no_textures, compact_textures)
         complete_view(loaded, view)  # what is wrong with the view shows before the tree is built
     with _status(console, f"Building the tree of {len(loaded.triangles):,} triangles"):
-        image = build_image(build_geometry(loaded), view)
+        image = build_image(build_geometry(loaded, Params() if tree is TreeBuilder.model else None), view)
     _note((*loaded.warnings, *image.geometry.notes))
 
     from raycore import render as rendering

@@ -83,8 +83,14 @@ tbu/rc_tbp_bin_eval.sv
 tbu/rc_tbp_bin_pass.sv
 tbu/rc_tbp_bin_plane.sv
 tbu/rc_tbp_bin_write.sv
+tbu/rc_tbu_alloc.sv
 tbu/rc_tbu_box.sv
+tbu/rc_tbu_core.sv
 tbu/rc_tbu_fetch.sv
+tbu/rc_tbu_load.sv
+tbu/rc_tbu_port.sv
+tbu/rc_tbu_route.sv
+tbu/rc_tbu_upper.sv
 top/rc_top_pkg.sv
 top/regs/rc_regs_pkg.sv
 top/rc_core.sv

@@ -13,6 +13,7 @@ module rc_tbp_bin import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg:
   input  logic       start_i,                        // for one cycle
   output logic       busy_o,
   output logic       full_o,                         // working memory is too small: it waits for its reset
+  output logic       waits_o,                        // for a place in the job ring or the table of upper nodes
   output logic       bad_o,                          // for one cycle: a coordinate outside
   output logic       req_valid_o,                    // lines to read
   input  logic       req_ready_i,
@@ -45,7 +46,7 @@ module rc_tbp_bin import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg:
   slot_t   plane_slot;
   plane_t  plane;
   rc_tbp_bin_ctrl #(.Cap(Cap)) u_ctrl (
-    .clk_i, .rst_ni, .cfg_i, .start_i, .busy_o, .full_o,
+    .clk_i, .rst_ni, .cfg_i, .start_i, .busy_o, .full_o, .waits_o,
     .pass_start_o(pass_start), .pass_o(pass), .member_o(member), .pass_done_i(pass_done),
     .plane_valid_i(plane_valid), .plane_slot_i(plane_slot), .plane_i(plane),
     .split_valid_o, .split_ready_i, .split_o, .split_entry_i, .leaf_valid_o, .leaf_ready_i, .leaf_o,

@@ -15,6 +15,7 @@ module rc_tbp_bin_ctrl import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin
   input  tbu_cfg_t  cfg_i,
   input  logic      start_i,
   output logic      busy_o,
+  output logic      waits_o,                         // for a place in the job ring or an upper node's entry
   output logic      full_o,                          // working memory is too small
   output logic      pass_start_o,
   output pass_t     pass_o,
@@ -179,7 +180,8 @@ module rc_tbp_bin_ctrl import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin
   assign job_o = '{vertices: state_q == SMALL, base: job_node.base,
                    job: '{dest: job_node.dest, gap: job_node.gap, level: job_node.level, count: job_node.count,
                           box: job_node.box}};
-  assign busy_o = state_q != IDLE;
+  assign waits_o = (split_valid_o && !split_ready_i) || (state_q == PLACE && !any_large && any_job && !place_job);
+  assign busy_o  = state_q != IDLE;
 
   // ---- states --------------------------------------------------------------------------------------------------------------------
   // Passes begin one cycle after the state that sets them up, when places and members are in their registers.

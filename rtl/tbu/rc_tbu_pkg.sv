@@ -67,6 +67,29 @@ package rc_tbu_pkg;
     logic [7:0][31:0] data;
   } tbu_wr_t;
 
+  // How a build ended. An error stops it: nothing is written outside a region, and there is no tree.
+  typedef enum logic [2:0] {
+    TBU_OK    = 3'd0,
+    TBU_NODE  = 3'd1,                        // node region too small
+    TBU_LIST  = 3'd2,                        // list region too small
+    TBU_REF   = 3'd3,                        // working memory too small
+    TBU_COUNT = 3'd4,                        // more than 2^TRI_W triangles
+    TBU_COORD = 3'd5,                        // coordinate outside (0, 2^18) or between two
+    TBU_BUS   = 3'd6                         // memory answered with an error
+  } tbu_err_e;
+
+  typedef struct packed {                    // figures of the last build
+    logic [31:0] cycles;
+    logic [31:0] nodes;                      // written, jump nodes included
+    logic [31:0] entries;                    // of lists, written
+    logic [31:0] jumps;
+    logic [31:0] jobs;                       // from the binning pipeline
+    logic [31:0] donations;
+    logic [31:0] lines;                      // of 64 bytes, read
+    logic [31:0] rows;                       // of 32 bytes, written
+    logic [31:0] waits;                      // cycles that the binning pipeline waited for a place in ring or table
+  } tbu_stat_t;
+
   // What the host says; constant while a tree is built.
   typedef struct packed {
     line_addr_t vertex_base;                 // 32 bytes a triangle: nine FP24 numbers, then flags

@@ -21,7 +21,7 @@ VERTEX_BYTES = 32  # of a vertex record: nine FP24 numbers from bit 0, v0.x, v0.
 OPAQUE_BIT = 216
 REF_BYTES = 16
 NODE_EXTENT, LIST_EXTENT = 128, 256  # nodes and list entries that a pipeline takes at a time (rc_tbu_pkg.sv)
-NODES_EACH, ENTRIES_EACH, REFS_EACH = 5, 7, 3  # room a triangle: enough for meshes, doubled when it is not
+NODES_EACH, ENTRIES_EACH, REFS_EACH = 5, 10, 3  # room a triangle: enough for meshes, doubled when it is not
 SPARE_EXTENTS = 16  # part-used extents of all pipelines, and small scenes
 JOB_RING = 16  # lists of up to `cap` references that wait for a sorting pipeline
 
@@ -108,7 +108,7 @@ class Sizes:
 def sizes(triangles: int, cap: int = model.CAP, factor: int = 1) -> Sizes:
     """Room to reserve; factor: twice as much after each build that ended with an overflow.
 
-    Overlapping triangles in one plane have taken 10 nodes and 30 list entries each, meshes 1 to 4 and 1 to 6. Lists of
+    Overlapping triangles in one plane have taken 10 nodes and 30 list entries each, meshes 1 to 4 and 1 to 7. Lists of
     even and of odd levels lie on two stacks, together 2 to 3 references a triangle, beside the ring of waiting jobs.
     """
 

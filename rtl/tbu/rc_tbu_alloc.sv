@@ -68,7 +68,8 @@ module rc_tbu_alloc import rc_pkg::*; import rc_tbu_pkg::*; #(
   assign unused_low = ^{node_count_i[NodeW-1:0], list_count_i[ListW-1:0]};
 `ifndef SYNTHESIS
   always_ff @(posedge clk_i) begin
-    if (rst_ni) Inside_A: assert (node_used_q <= node_total && list_used_q <= list_total);
+    if (rst_ni && node_gnt_o != '0) NodesInside_A: assert (node_used_q < node_total);
+    if (rst_ni && list_gnt_o != '0) ListsInside_A: assert (list_used_q <= list_total);
     if (rst_ni && list_gnt_o != '0) NotNone_A: assert (list_num != '0);
   end
 `endif

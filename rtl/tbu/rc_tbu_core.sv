@@ -31,6 +31,7 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
   input  logic       mem_err_i,                      // either reported an error
   output logic       sort_rst_no,                    // to the sorting pipelines, i of each port to pipeline i
   input  logic       [N-1:0] sort_idle_i,            // nothing inside that must be written
+  input  logic       [N-1:0] ev_forced_i,            // a leaf was made because lists were full
   output logic       [N-1:0] job_valid_o,
   input  logic       [N-1:0] job_ready_i,
   output sort_job_t  [N-1:0] job_o,
@@ -55,11 +56,11 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
   input  subtree_t   [N-1:0] sub_i,
   input  logic       [N-1:0][1:0] ext_req_i,         // [0] nodes, [1] list entries
   input  logic       [N-1:0][3:0] ext_num_i,
-  output logic       [N-1:0][1:0] ext_gnt_o,
-  output idx_t       [1:0] ext_idx_o,
-  input  logic       [N-1:0] wr_valid_i,
-  output logic       [N-1:0] wr_ready_o,
-  input  tbu_wr_t    [N-1:0] wr_i
+  output logic       [N-1:0][1:0] ext_gnt_o,         // one at a time
+  output idx_t       [N-1:0] ext_idx_o,              // of the one granted
+  input  logic       [N-1:0] row_valid_i,
+  output logic       [N-1:0] row_ready_o,
+  input  tbu_wr_t    [N-1:0] row_i
 );
   localparam int unsigned NUM_W = COUNT_W - $clog2(LIST_EXTENT) + 1;
 
@@ -67,7 +68,7 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
   typedef enum logic [2:0] {IDLE, CLEAR, BEGIN_BUILD, RUN, HALT, DONE} state_e;
   state_e   state_q;
   tbu_err_e err;
-  logic     clear_n, begin_build, bin_busy, reads_idle, root_valid, finished, quiet;
+  logic     clear_n, begin_build, bin_busy, reads_idle, tree_done, finished, quiet;
   logic     ref_full, node_full, list_full, bin_bad, load_bad, bus_bad_q;
   idx_t     root;
   assign clear_n     = rst_ni && state_q != CLEAR;
@@ -76,7 +77,7 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
   assign busy_o      = state_q != IDLE;
   assign done_o      = state_q == DONE;
   assign quiet       = reads_idle && wr_idle_i;
-  assign finished    = root_valid && !bin_busy && sort_idle_i == '1 && rows_gone && quiet;
+  assign finished    = tree_done && !bin_busy && sort_idle_i == '1 && rows_gone && quiet;
   always_comb begin
     err = TBU_OK;
     if (bus_bad_q)           err = TBU_BUS;
@@ -162,19 +163,20 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
   assign ids_gnt     = list_gnt[N];
   for (genvar i = 0; i < N; i++) begin : gen_ext
     assign node_req[i]  = ext_req_i[i][0];
-    assign list_req[i]  = ext_req_i[i][1];
+    assign list_req[i]  = ext_req_i[i] == 2'b10;
     assign list_num[i]  = NUM_W'(ext_num_i[i]);
     assign ext_gnt_o[i] = {list_gnt[i], node_gnt[i]};
+    assign ext_idx_o[i] = node_gnt[i] ? node_idx : list_idx;
   end
-  assign ext_idx_o = {list_idx, node_idx};
   rc_tbu_upper u_upper (
     .clk_i, .rst_ni(clear_n), .split_valid_i(split_valid), .split_ready_o(split_ready), .split_i(split),
     .split_entry_o(split_entry), .leaf_valid_i(leaf_valid), .leaf_ready_o(leaf_ready), .leaf_i(leaf),
-    .ent_ready_i, .ent_valid_o, .ent_idx_o, .don_valid_i(donated_valid_i), .don_ready_o(donated_ready_o),
+    .ent_offer_i(~job_ready_i), .ent_ready_i, .ent_valid_o, .ent_idx_o,
+    .don_valid_i(donated_valid_i), .don_ready_o(donated_ready_o),
     .don_i(donated_i), .sub_valid_i, .sub_ready_o, .sub_i,
     .ext_req_o(node_req[N]), .ext_gnt_i(node_gnt[N]), .ext_idx_i(node_idx),
     .wr_valid_o(upper_wr_valid), .wr_ready_i(upper_wr_ready), .wr_o(upper_wr),
-    .root_valid_o(root_valid), .root_o(root)
+    .done_o(tree_done), .root_o(root)
   );
   rc_tbu_alloc #(.NumClients(N + 1)) u_alloc (
     .clk_i, .rst_ni(clear_n), .node_count_i(cfg_i.node_count), .list_count_i(cfg_i.list_count),
@@ -191,8 +193,8 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
     .clk_i, .rst_ni(clear_n), .halt_i(state_q != RUN), .reads_idle_o(reads_idle), .rows_gone_o(rows_gone),
     .node_base_i(cfg_i.node_base), .list_base_i(cfg_i.list_base), .ref_base_i(cfg_i.ref_base),
     .req_valid_i(req_valid), .req_ready_o(req_ready), .req_addr_i(req_addr), .rsp_valid_o(rsp_valid),
-    .wr_valid_i({bin_wr_valid, upper_wr_valid, wr_valid_i}), .wr_ready_o({bin_wr_ready, upper_wr_ready, wr_ready_o}),
-    .wr_i({bin_wr, upper_wr, wr_i}), .confirmed_o(confirmed), .ev_line_o(ev_line), .ev_row_o(ev_row),
+    .wr_valid_i({bin_wr_valid, upper_wr_valid, row_valid_i}), .wr_ready_o({bin_wr_ready, upper_wr_ready, row_ready_o}),
+    .wr_i({bin_wr, upper_wr, row_i}), .confirmed_o(confirmed), .ev_line_o(ev_line), .ev_row_o(ev_row),
     .ev_nodes_o(ev_nodes), .ev_entries_o(ev_entries), .ev_jumps_o(ev_jumps),
     .rd_valid_o, .rd_ready_i, .rd_addr_o, .rd_rsp_valid_i,
     .wr_valid_o, .wr_ready_i, .wr_addr_o, .wr_data_o, .wr_strb_o, .wr_ack_i
@@ -205,6 +207,7 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
       stat_o.jobs      <= stat_o.jobs + 32'(load_valid && load_ready);
       stat_o.donations <= stat_o.donations + 32'((don_valid_i & don_ready_o) != '0);
       stat_o.lines     <= stat_o.lines + 32'(ev_line);
+      stat_o.forced    <= stat_o.forced + 32'($countones(ev_forced_i));
       stat_o.waits     <= stat_o.waits + 32'(bin_waits);
       if (ev_row) begin
         stat_o.rows    <= stat_o.rows + 1'b1;

@@ -85,6 +85,7 @@ package rc_tbu_pkg;
     logic [31:0] jumps;
     logic [31:0] jobs;                       // from the binning pipeline
     logic [31:0] donations;
+    logic [31:0] forced;                     // leaves, because a sorting pipeline's lists were full
     logic [31:0] lines;                      // of 64 bytes, read
     logic [31:0] rows;                       // of 32 bytes, written
     logic [31:0] waits;                      // cycles that the binning pipeline waited for a place in ring or table

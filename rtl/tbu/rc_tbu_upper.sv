@@ -17,8 +17,9 @@ module rc_tbu_upper import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pk
   input  logic     leaf_valid_i,
   output logic     leaf_ready_o,
   input  leaf_t    leaf_i,
-  input  logic     [N-1:0] ent_ready_i,              // an entry for a donated node is wanted
-  output logic     [N-1:0] ent_valid_o,              // given, to one at a time
+  input  logic     [N-1:0] ent_offer_i,              // pipelines that work
+  output logic     [N-1:0] ent_valid_o,              // an entry for a donated node is offered, to them in turn
+  input  logic     [N-1:0] ent_ready_i,              // and taken; may depend on ent_valid_o
   output logic [6:0] ent_idx_o,
   input  logic     [N-1:0] don_valid_i,
   output logic     [N-1:0] don_ready_o,
@@ -32,7 +33,7 @@ module rc_tbu_upper import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pk
   output logic     wr_valid_o,
   input  logic     wr_ready_i,
   output tbu_wr_t  wr_o,
-  output logic     root_valid_o,                     // the tree is finished; stays
+  output logic     done_o,                           // the root's place is known, nothing is missing below; stays
   output idx_t     root_o
 );
   localparam int unsigned OWN = 64;
@@ -57,29 +58,31 @@ module rc_tbu_upper import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pk
   logic [5:0] own_idx;
   logic [3:0] don_idx;
   logic [6:0] unused_own;
-  logic [4:0] unused_don;
+  logic [4:0] don_left;
   rc_idx_pool #(.NumIdx(OWN)) u_own (
     .clk_i, .rst_ni, .out_valid_o(own_valid), .out_ready_i(split_valid_i && split_ready_o), .out_idx_o(own_idx),
     .free_valid_i(own_free), .free_idx_i(event_q.dest.entry[5:0]), .count_o(unused_own)
   );
   logic [N-1:0] ent_gnt;
+  logic         ent_take;
   logic [$clog2(N)-1:0] unused_ent;
   rc_idx_pool #(.NumIdx(DONATED)) u_donated (
-    .clk_i, .rst_ni, .out_valid_o(don_free_valid), .out_ready_i(ent_gnt != '0), .out_idx_o(don_idx),
-    .free_valid_i(don_free), .free_idx_i(event_q.dest.entry[3:0]), .count_o(unused_don)
+    .clk_i, .rst_ni, .out_valid_o(don_free_valid), .out_ready_i(ent_take), .out_idx_o(don_idx),
+    .free_valid_i(don_free), .free_idx_i(event_q.dest.entry[3:0]), .count_o(don_left)
   );
   rc_rr_arb #(.NumReq(N)) u_ent (
-    .clk_i, .rst_ni, .req_i(don_free_valid ? ent_ready_i : '0), .ready_i(1'b1), .gnt_o(ent_gnt), .idx_o(unused_ent)
+    .clk_i, .rst_ni, .req_i(don_free_valid ? ent_offer_i : '0), .ready_i(1'b1), .gnt_o(ent_gnt), .idx_o(unused_ent)
   );
   assign ent_valid_o   = ent_gnt;
+  assign ent_take      = (ent_gnt & ent_ready_i) != '0;
   assign ent_idx_o     = {3'b100, don_idx};
   assign split_entry_o = {1'b0, own_idx};
 
   // ---- one event at a time: first what goes up, then donated nodes, subtrees, leaves, new nodes -------------------
   logic [N-1:0] don_gnt, sub_gnt;
   logic [$clog2(N)-1:0] don_sel, sub_sel;
-  logic idle, up_q, don_take, sub_take, leaf_take;
-  assign idle      = state_q == IDLE && !up_q && !root_valid_o;
+  logic idle, up_q, up_wanted_q, root_valid_q, don_take, sub_take, leaf_take;
+  assign idle      = state_q == IDLE && !up_q;
   rc_rr_arb #(.NumReq(N)) u_don (
     .clk_i, .rst_ni, .req_i(don_valid_i), .ready_i(idle), .gnt_o(don_gnt), .idx_o(don_sel)
   );
@@ -160,18 +163,18 @@ module rc_tbu_upper import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pk
   always_ff @(posedge clk_i) begin
     if (!rst_ni) begin
       state_q <= IDLE;
-      {up_q, root_valid_o, left_q} <= '0;
+      {up_q, root_valid_q, left_q} <= '0;
     end else begin
       case (state_q)
         IDLE: begin
           if (up_q) begin
             up_q <= 1'b0;
-            if (event_q.dest.root) root_valid_o <= 1'b1;
+            if (event_q.dest.root) root_valid_q <= 1'b1;
             else state_q <= READ;
           end else if (don_take) begin
             state_q <= READ;
           end else if (sub_take) begin
-            if (sub_i[sub_sel].dest.root) root_valid_o <= 1'b1;
+            if (sub_i[sub_sel].dest.root) root_valid_q <= 1'b1;
             else state_q <= READ;
           end else if (leaf_take) begin
             state_q <= ROOM;
@@ -193,6 +196,8 @@ module rc_tbu_upper import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pk
         end
       endcase
     end
+    if (up_q && event_q.dest.root) root_o <= event_q.idx;
+    if (sub_take && sub_i[sub_sel].dest.root) root_o <= sub_i[sub_sel].idx;
     if (idle) begin
       event_q    <= don_take ? '{dest: '{root: 1'b0, upper: 1'b0, entry: don_i[don_sel].entry}, idx: don_i[don_sel].idx}
                              : sub_i[sub_sel];
@@ -200,7 +205,7 @@ module rc_tbu_upper import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pk
       leaf_q     <= leaf_i;
     end
     if (split_take) seen_q[split_entry_o] <= 1'b0;
-    if (ent_gnt != '0) seen_q[ent_idx_o] <= 1'b0;
+    if (ent_take) seen_q[ent_idx_o] <= 1'b0;
     if (state_q == ACT && !complete) seen_q[event_q.dest.entry] <= 1'b1;
     if (state_q == ACT) begin
       {wr_idx_q, wr_node_q} <= {own, node};
@@ -216,8 +221,8 @@ module rc_tbu_upper import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pk
       is_place_q  <= 1'b0;
     end
   end
-  logic up_wanted_q;
-  assign root_o = event_q.idx;
+  // A donor may report the root before what it donated is finished.
+  assign done_o = root_valid_q && idle && don_left == 5'(DONATED);
 `ifndef SYNTHESIS
   always_ff @(posedge clk_i) begin
     if (rst_ni && state_q == ACT && complete && !donated && only) OneChild_A: assert (!seen);

@@ -143,7 +143,8 @@ module rc_tbp_sort import rc_pkg::*, rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
     .row_valid_o(leafs_row), .row_ready_i(row_ready && !nodes_row), .row_o(leafs_wr)
   );
   rc_skid #(.data_t(tbu_wr_t)) u_row (
-    .clk_i, .rst_ni, .in_valid_i(nodes_row || leafs_row), .in_ready_o(row_ready), .in_data_i(nodes_row ? nodes_wr : leafs_wr),
+    .clk_i, .rst_ni, .in_valid_i((nodes_row || leafs_row) && row_ready), .in_ready_o(row_ready),
+    .in_data_i(nodes_row ? nodes_wr : leafs_wr),
     .out_valid_o(wr_valid_o), .out_ready_i(wr_ready_i), .out_data_o(wr_o)
   );
   assign busy_o = active || wr_valid_o;

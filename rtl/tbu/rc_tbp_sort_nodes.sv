@@ -70,7 +70,8 @@ module rc_tbp_sort_nodes import rc_pkg::*, rc_tbu_pkg::*; (
     end
     if (ext_req_o && ext_gnt_i) next_base_q <= ext_idx_i;
     if (in_ready_o) next_q <= next_q - idx_t'(in_gap_i) - idx_t'(1);
-    else if (in_valid_i && !room && next_valid_q && !below) next_q <= put_jump ? top - idx_t'(1) : top;
+    else if (in_valid_i && !room && next_valid_q && !below && (!in_adj_i || put_jump))
+      next_q <= put_jump ? top - idx_t'(1) : top;
     if (put) last_q <= place;
   end
 

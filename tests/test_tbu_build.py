@@ -155,7 +155,7 @@ def test_overflow_doubles_the_room(scene, monkeypatch, error):
     asked = []
 
     def call(image, run):
-        asked.append(image.config["ref_count"] - 16 * image.params.cap)
+        asked.append(image.config["ref_count"] - 16 * image.params.cap - 64)
         return run if image.factor == 4 else replace(run, error=error)
 
     monkeypatch.setattr(building, "run_hardware", hardware(call))
@@ -206,3 +206,37 @@ def test_geometry_takes_the_units_tree(scene):
     expected = model.build(refs, cap=16, refine_max=0)
     assert kdtree.sah_cost(geometry.tree) == pytest.approx(tbu.sah_cost(expected))
     assert (geometry.opaque == building.opaque_triangles(scene)).all()
+
+
+def test_rays_pass_jump_nodes(scene):
+    """Every ray goes on through a jump node, whatever its direction: same hits, bit for bit, as without any."""
+    from test_tbu import scattered
+
+    from raycore.model import fp24, rgen, tracer
+
+    rng = np.random.default_rng(20140615)
+    made = image.build_image(image.build_geometry(scene, tbu.Params(cap=16)))
+    tree = made.geometry.tree
+    accel = image.region_words(made, "triaccel", len(scene.triangles), 4)
+    box = np.array([image.register_vector(made, "BOX_LO_"), image.register_vector(made, "BOX_HI_")])
+    n = 3000
+    origin = fp24.round_to_fp24(rng.uniform(-1.5, 1.5, (n, 3)))
+    aim = made.geometry.unit.triangles.mean(axis=1)[rng.integers(0, len(scene.triangles), n)]
+    direction = (aim - origin) * rng.choice([0.1, 1.0, 40.0], (n, 1))
+    direction[::2] *= rng.choice([1.0, 1e-6, 0.0, -0.0], (n // 2, 3))
+    direction[(direction == 0.0).all(axis=1)] = (-1.0, 0.0, 0.0)
+    direction = fp24.round_to_fp24(direction)
+    inverse = np.vectorize(rgen.inverse)(direction)
+    limits = np.full(n, tracer.T_MIN), np.full(n, tracer.HUGE), np.full(n, tracer.TRI_NONE), rng.random(n) < 0.3
+
+    def trace(nodes):
+        arrays = tracer.decode(nodes, tree.lists, accel, box, tree.root)
+        return tracer.trace_rays(arrays, origin, direction, inverse, *limits)
+
+    plain = trace(tree.nodes)
+    assert 0.05 < (plain[0] != tracer.TRI_NONE).mean() < 0.95
+    for _ in range(5):
+        jumping = trace(scattered(tree.nodes, tree.root, rng))
+        for before, after in zip(plain[:6], jumping[:6]):
+            assert np.array_equal(before, after)
+        assert jumping[6].sum() > plain[6].sum()

@@ -23,6 +23,7 @@ REF_BYTES, LINE_REFS = 16, 4
 NODE_EXTENT, LIST_EXTENT = 128, 256  # nodes and list entries that a pipeline takes at a time (rc_tbu_pkg.sv)
 NODES_EACH, ENTRIES_EACH, REFS_EACH = 5, 10, 3  # room a triangle: enough for meshes, doubled when it is not
 SPARE_EXTENTS = 16  # part-used extents of all pipelines, and small scenes
+SPARE_REFS = 64  # lists begin at lines
 JOB_RING = 16  # lists of up to `cap` references that wait for a sorting pipeline
 
 
@@ -121,7 +122,7 @@ def sizes(triangles: int, cap: int = model.CAP, factor: int = 1) -> Sizes:
     return Sizes(
         min(nodes, limit // NODE_EXTENT * NODE_EXTENT),
         min(entries, limit // LIST_EXTENT * LIST_EXTENT),
-        -(-factor * REFS_EACH * triangles // LINE_REFS) * LINE_REFS + JOB_RING * cap,
+        -(-factor * REFS_EACH * triangles // LINE_REFS) * LINE_REFS + SPARE_REFS + JOB_RING * cap,
     )
 
 

@@ -10,22 +10,16 @@ import numpy as np
 import pytest
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
-from tbu_tb import CFG, SHAPES, Memory, pack, references, vertex_records
+from tbu_tb import CFG, SHAPES, STAT, Memory, pack, references, tbu_sources, vertex_records
 
 from raycore.model import tbu
 from raycore.model.tbu_memory import compare, pack_box, walk_memory
-from raycore.tbutil import RTL, rtl, run_cocotb
+from raycore.tbutil import run_cocotb
 
-TBU = sorted(p.relative_to(RTL).as_posix() for p in (RTL / "tbu").glob("*.sv"))
-TBU.sort(key=lambda n: (not n.endswith("_pkg.sv"), n != "tbu/rc_tbu_pkg.sv", n))
-SOURCES = [*rtl("prim/rc_skid.sv", "prim/rc_ram_1r1w.sv", "prim/rc_fifo.sv", "prim/rc_rr_arb.sv", "prim/rc_idx_pool.sv",
-                "prim/rc_delay.sv", "fp/rc_fp_pipe.sv", "fp/rc_fp_round.sv", "fp/rc_fp_norm.sv", "fp/rc_fp_from_int.sv",
-                "mem/rc_mem_pkg.sv", "mem/rc_mem_rd.sv", "mem/rc_mem_wr.sv", *TBU), "tb/rc_tbu/rc_tbu_tb.sv"]  # fmt: skip
 VERTEX, REF, LIST, NODE = 0x1000, 0x20000, 0x80000, 0xC0000   # lines
 SEED = int(os.environ.get("RAYCORE_SEED", "1"), 0)
 OK, E_NODE, E_LIST, E_REF, E_COUNT, E_COORD, E_BUS = range(7)
 BEATS = 8                                  # a line, at 64 bits
-STAT = ("cycles", "nodes", "entries", "jumps", "jobs", "donations", "forced", "lines", "rows", "waits")
 
 
 class Axi:
@@ -176,4 +170,4 @@ async def errors(dut):
 
 @pytest.mark.parametrize("cap", [32])
 def test_rc_tbu(cap):
-    run_cocotb("rc_tbu_tb", SOURCES, "test_rc_tbu", parameters={"Cap": cap}, public=["m_axi_*"])
+    run_cocotb("rc_tbu_tb", tbu_sources(), "test_rc_tbu", parameters={"Cap": cap}, public=["m_axi_*"])

@@ -96,6 +96,7 @@ tbu/rc_tbp_sort_nodes.sv
 tbu/rc_tbp_sort_pick.sv
 tbu/rc_tbp_sort_refs.sv
 tbu/rc_tbp_sort_stack.sv
+tbu/rc_tbu.sv
 tbu/rc_tbu_alloc.sv
 tbu/rc_tbu_box.sv
 tbu/rc_tbu_core.sv

@@ -42,6 +42,15 @@ module rc_tbp_bin_eval import rc_tbu_pkg::*; import rc_tbp_bin_pkg::*; #(
     count_t n_upper;
   } item_t;
 
+  // ---- counts run on from bin to bin, beside the pipe ----------------------------------------------------------------------
+  count_t n_lower_q, n_upper_q, sum_lower, sum_upper;
+  assign sum_lower = n_lower_q + enter_i;
+  assign sum_upper = n_upper_q - leave_i;
+  always_ff @(posedge clk_i) begin
+    if (start_i) {n_lower_q, n_upper_q} <= {count_t'(0), count_i};
+    else if (bin_valid_i) {n_lower_q, n_upper_q} <= {sum_lower, sum_upper};
+  end
+
   // ---- E1: operands in turn: e1 e2, then the whole node, then the planes ---------------------------------------
   logic   start_q, e1_valid_q, e1_area_q;
   item_t  e1_q;
@@ -61,14 +70,6 @@ module rc_tbp_bin_eval import rc_tbu_pkg::*; import rc_tbp_bin_pkg::*; #(
     e1_q.pos   <= pos;
     if (start_i || start_q) {e1_q.n_lower, e1_q.n_upper} <= {start_q ? count_i : '0, count_t'(0)};
     else if (bin_valid_i) {e1_q.n_lower, e1_q.n_upper} <= {sum_lower, sum_upper};
-  end
-  // Counts run on from bin to bin, beside the pipe.
-  count_t n_lower_q, n_upper_q, sum_lower, sum_upper;
-  assign sum_lower = n_lower_q + enter_i;
-  assign sum_upper = n_upper_q - leave_i;
-  always_ff @(posedge clk_i) begin
-    if (start_i) {n_lower_q, n_upper_q} <= {count_t'(0), count_i};
-    else if (bin_valid_i) {n_lower_q, n_upper_q} <= {sum_lower, sum_upper};
   end
 
   // ---- E2 to E7 -------------------------------------------------------------------------------------------------

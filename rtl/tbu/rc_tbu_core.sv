@@ -68,7 +68,7 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
   typedef enum logic [2:0] {IDLE, CLEAR, BEGIN_BUILD, RUN, HALT, DONE} state_e;
   state_e   state_q;
   tbu_err_e err;
-  logic     clear_n, begin_build, bin_busy, reads_idle, tree_done, finished, quiet;
+  logic     clear_n, begin_build, bin_busy, reads_idle, rows_gone, tree_done, finished, quiet;
   logic     ref_full, node_full, list_full, bin_bad, load_bad, bus_bad_q;
   idx_t     root;
   assign clear_n     = rst_ni && state_q != CLEAR;
@@ -119,7 +119,7 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
   logic       [1:0] req_valid, req_ready, rsp_valid;
   line_addr_t [1:0] req_addr;
   logic       bin_wr_valid, bin_wr_ready, confirmed, split_valid, split_ready, leaf_valid, leaf_ready, upper_wr_valid;
-  logic       upper_wr_ready, ids_req, ids_gnt, job_valid, job_ready, job_read, bin_waits, rows_gone;
+  logic       upper_wr_ready, ids_req, ids_gnt, job_valid, job_ready, job_read, bin_waits;
   tbu_wr_t    bin_wr, upper_wr;
   split_t     split;
   leaf_t      leaf;

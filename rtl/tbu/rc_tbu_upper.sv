@@ -41,7 +41,9 @@ module rc_tbu_upper import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pk
   localparam int unsigned ENTRIES = OWN + DONATED;
   typedef struct packed {split_t split; idx_t idx;} entry_t;
   typedef enum logic [2:0] {IDLE, READ, ACT, ROOM, PLACE, WRITE} state_e;
-  state_e state_q;
+  state_e   state_q;
+  subtree_t event_q;                                 // who has an address
+  leaf_t    leaf_q;
 
   function automatic fp_t to_fp(coord_t q);          // exact: 17 significant bits
     logic [FP_MAN_W:0] size;
@@ -98,7 +100,6 @@ module rc_tbu_upper import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pk
   assign split_ready_o = idle && !don_take && !sub_take && !leaf_take && own_valid;
 
   // ---- entries --------------------------------------------------------------------------------------------------
-  subtree_t event_q;                                 // who has the address
   entry_t   info, wr_info;
   idx_t     known;
   logic     is_place_q, complete, we_info, we_known, split_take, donated, seen;
@@ -144,7 +145,6 @@ module rc_tbu_upper import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pk
   assign don_free = state_q == ACT && complete && donated;
 
   // ---- leaves: from an extent of their own, downwards, with the gap below ---------------------------------------------
-  leaf_t leaf_q;
   logic [7:0] left_q;                                // free slots of the extent
   logic       room;
   assign room      = left_q > 8'(leaf_q.gap);

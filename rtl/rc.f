@@ -95,6 +95,7 @@ tbu/rc_tbp_sort_leafs.sv
 tbu/rc_tbp_sort_nodes.sv
 tbu/rc_tbp_sort_pick.sv
 tbu/rc_tbp_sort_refs.sv
+tbu/rc_tbp_sort_split.sv
 tbu/rc_tbp_sort_stack.sv
 tbu/rc_tbu.sv
 tbu/rc_tbu_alloc.sv

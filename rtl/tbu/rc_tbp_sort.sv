@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// Sorting pipeline of the tree-building unit (paper Sec. 3.7): takes a subtree whose references fit its memory, sorts their
-// bounds, and makes all of its nodes by the exact surface-area heuristic, one event a cycle an axis. docs/tbu.md
-//   load     2 cycles a reference, 16-item runs on the way         sort    4-way merge passes, all axes at once
-//   a node   n + 6 cycles: class of its references, their lists; then its longest list of events + 25 cycles: the
-//            children's lists are made and swept at once (not if both are leaves); some 8 cycles more
-//   a leaf   n + 8 cycles
-// Memory, bits: banks 3 x Cap x 36, triangles Cap x 20, lists of events 3 x 4 Cap x 12, of references 2 Cap x 11, classes
-// 3 x Cap x 2, stack 32 x 333: 325 Cap + 10.7 K, for Cap = 1280 53.3 KB.
-// 21 multipliers; 2 x 3 evaluators.
+// Sorting pipeline of the tree-building unit (paper Sec. 3.7): takes a subtree whose references fit its memory, sorts
+// their bounds, and makes all of its nodes by the exact surface-area heuristic, one event a cycle an axis. docs/tbu.md
+//   load   2 cycles a reference, with runs of 16 events sorted on the way; then 4-way merge passes, all axes at once
+//   node   n + 6 cycles: class of its references, and the children's lists of them. Then its longest list of events + 14
+//          cycles: the children's lists of events are made, and swept for their best planes at once; not if both are
+//          leaves. 6 cycles more for the stack
+//   leaf   3 cycles, more if the leaf before had a long list, which goes out meanwhile
+// Memory, bits: spans 3 x Cap x 36, triangles Cap x 20, lists of events 3 x 4 Cap x 12, of references 2 Cap x 11, classes
+// 3 x Cap x 2, stack 32 x 362: 300 Cap + 11.6 K; for Cap = 1280 49.4 KB of the paper's 51.3.
+// 21 multipliers, as in Table I: 6 evaluators of 3, and 3 for the areas of the children (rc_tbp_area).
 module rc_tbp_sort import rc_pkg::*, rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
   parameter int unsigned Cap = 1280        // references, at most 2047
 ) (
@@ -51,40 +52,39 @@ module rc_tbp_sort import rc_pkg::*, rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
     $error("Cap must be even, 16 to 2047");
   end
 
-  logic               start, ld_valid, ld_sort, sort_end, area_start, area_valid, pl, walk_start, walk_busy, sweep_start, active;
-  logic               get_valid, class_valid, list_valid, list_ready, entry_en, single, out_valid, out_ready, out_last;
-  logic               entry_ready, node_valid, node_ready, node_adj, node_skip, flush, nodes_idle, leafs_idle, donating;
-  ref_t               ld_idx, get_idx, class_idx;
-  num_t               sort_max;
-  box_t               node_box, get_box;
-  box_t [1:0]         box;
-  num_t [1:0]         num_refs, walk_num;
-  walk_t              walk;
-  num_t [2:0][1:0]    num_events;
-  sweep_t [2:0]       sweep;
-  eval_cfg_t [1:0]    cfg;
-  logic [2:0]         sort_busy, sort_side, sweep_busy;
-  logic [2:0][1:0]    side;
-  logic [1:0]         side_cut, side_class, found;
-  best_t [2:0][1:0]   best;
-  plane_t [1:0]       plane;
-  tri_ref_t           out_ref;
-  list_entry_t        entry;
-  idx_t               list_idx, node_idx;
-  node_t              node;
-  logic [5:0]         node_gap;
-  logic [2:0]         cut;
+  logic            start, ld_valid, ld_sort, sort_end, area_start, area_valid, pl, walk_start, dividing, walk_busy;
+  logic            sweep_start, active, get_valid, class_valid, list_valid, list_ready, out_valid, out_ready, out_last;
+  logic            out_donate, entry_ready, node_valid, node_ready, node_adj, node_skip, flush, nodes_idle, leafs_idle;
+  ref_t            ld_idx, get_idx, class_idx;
+  num_t            sort_max, list_num;
+  box_t            node_box, get_box;
+  box_t [1:0]      box;
+  num_t [1:0]      num_refs, walk_num;
+  walk_t           walk;
+  num_t [2:0][1:0] num_events;
+  sweep_t [2:0]    sweep;
+  eval_cfg_t [1:0] cfg;
+  logic [2:0]      sort_busy, sort_side, sweep_busy, cut;
+  logic [2:0][1:0] side;
+  logic [1:0]      side_cut, side_class, found;
+  best_t [2:0][1:0] best;
+  plane_t [1:0]    plane;
+  tri_ref_t        out_ref;
+  list_entry_t     entry;
+  idx_t            list_idx, node_idx;
+  node_t           node;
+  logic [5:0]      node_gap;
+  logic [1:0][TRI_W-1:0] last_tri_idx;
 
   rc_tbp_sort_ctrl #(.Cap(Cap)) u_ctrl (
-    .clk_i, .rst_ni, .job_valid_i, .job_ready_o, .job_i, .ref_valid_i, .ref_ready_o,
-    .start_o(start), .ld_valid_o(ld_valid), .ld_sort_o(ld_sort), .ld_idx_o(ld_idx), .sort_end_o(sort_end), .sort_max_o(sort_max),
-    .sort_busy_i(sort_busy != '0), .sort_side_i(sort_side == '1),
-    .area_start_o(area_start), .box_o(box), .num_refs_o(num_refs), .area_valid_i(area_valid), .node_box_o(node_box), .pl_o(pl),
-    .walk_start_o(walk_start), .walk_o(walk), .walk_busy_i(walk_busy), .walk_num_i(walk_num), .num_events_i(num_events),
+    .clk_i, .rst_ni, .job_valid_i, .job_ready_o, .job_i, .ref_valid_i, .ref_ready_o, .ref_tri_idx_i(ref_i.tri_idx),
+    .start_o(start), .ld_valid_o(ld_valid), .ld_sort_o(ld_sort), .ld_idx_o(ld_idx),
+    .sort_end_o(sort_end), .sort_max_o(sort_max), .sort_busy_i(sort_busy != '0), .sort_side_i(sort_side == '1),
+    .area_start_o(area_start), .box_o(box), .num_refs_o(num_refs), .node_box_o(node_box), .pl_o(pl),
+    .walk_start_o(walk_start), .walk_o(walk), .dividing_i(dividing), .walk_busy_i(walk_busy), .walk_num_i(walk_num),
+    .last_tri_idx_i(last_tri_idx), .num_events_i(num_events),
     .sweep_start_o(sweep_start), .sweep_o(sweep), .sweep_busy_i(sweep_busy != '0), .found_i(found), .plane_i(plane),
-    .list_valid_o(list_valid), .list_ready_i(list_ready), .list_idx_i(list_idx),
-    .entry_en_o(entry_en), .single_o(single), .entry_valid_i(out_valid && out_ready), .entry_last_i(out_last),
-    .entry_tri_i(out_ref.tri_idx),
+    .list_valid_o(list_valid), .list_num_o(list_num), .list_ready_i(list_ready), .list_idx_i(list_idx),
     .node_valid_o(node_valid), .node_ready_i(node_ready), .node_o(node), .node_adj_o(node_adj), .node_skip_o(node_skip),
     .node_gap_o(node_gap), .node_idx_i(node_idx), .flush_o(flush), .flushed_i(nodes_idle && leafs_idle),
     .sub_valid_o, .sub_ready_i, .sub_o, .don_want_i, .don_valid_o, .don_ready_i, .don_job_o,
@@ -94,13 +94,14 @@ module rc_tbp_sort import rc_pkg::*, rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
     .clk_i, .rst_ni, .start_i(area_start), .box_i(box), .num_i(num_refs), .valid_o(area_valid), .cfg_o(cfg)
   );
 
-  // ---- references and axes ---------------------------------------------------------------------------------------------
+  // ---- references and axes -------------------------------------------------------------------------------------------
   rc_tbp_sort_refs #(.Cap(Cap)) u_refs (
     .clk_i, .rst_ni, .ld_valid_i(ld_valid), .ld_idx_i(ld_idx), .ld_tri_idx_i(ref_i.tri_idx), .ld_opaque_i(ref_i.opaque),
-    .walk_start_i(walk_start), .walk_i(walk), .busy_o(walk_busy), .num_o(walk_num),
-    .get_valid_o(get_valid), .get_idx_o(get_idx), .get_box_i(get_box),
+    .walk_start_i(walk_start), .walk_i(walk), .dividing_o(dividing), .busy_o(walk_busy), .num_o(walk_num),
+    .last_tri_idx_o(last_tri_idx), .get_valid_o(get_valid), .get_idx_o(get_idx), .get_box_i(get_box),
     .class_i(side_cut), .class_valid_o(class_valid), .class_idx_o(class_idx), .class_o(side_class),
-    .out_valid_o(out_valid), .out_ready_i(out_ready), .out_ref_o(out_ref), .out_last_o(out_last)
+    .out_valid_o(out_valid), .out_ready_i(out_ready), .out_ref_o(out_ref), .out_last_o(out_last),
+    .out_donate_o(out_donate)
   );
   assign side_cut = cut[0] ? side[0] : cut[1] ? side[1] : side[2];
   for (genvar a = 0; a < 3; a++) begin : gen_axis
@@ -111,8 +112,8 @@ module rc_tbp_sort import rc_pkg::*, rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
       .sort_busy_o(sort_busy[a]), .sort_side_o(sort_side[a]),
       .get_valid_i(get_valid), .get_idx_i(get_idx), .get_span_o({get_box.hi[a], get_box.lo[a]}),
       .span_i({node_box.hi[a], node_box.lo[a]}), .cut_i(cut[a]), .pos_i(sweep[a].pos), .pl_i(pl), .class_o(side[a]),
-      .class_clear_i(walk_start && walk.divide), .class_valid_i(class_valid), .class_idx_i(class_idx), .class_i(side_class),
-      .num_events_o(num_events[a]), .sweep_start_i(sweep_start), .sweep_i(sweep[a]), .cfg_i(cfg),
+      .class_clear_i(walk_start && walk.divide), .class_valid_i(class_valid), .class_idx_i(class_idx),
+      .class_i(side_class), .num_events_o(num_events[a]), .sweep_start_i(sweep_start), .sweep_i(sweep[a]), .cfg_i(cfg),
       .cfg_axis_i({cfg[1].axis[a], cfg[0].axis[a]}), .sweep_busy_o(sweep_busy[a]), .best_o(best[a])
     );
   end
@@ -122,30 +123,39 @@ module rc_tbp_sort import rc_pkg::*, rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
     );
   end
 
-  // ---- what goes out ---------------------------------------------------------------------------------------------------
-  logic    nodes_row, leafs_row, row_ready;
+  // ---- what goes out -------------------------------------------------------------------------------------------------
+  logic    nodes_row, leafs_row, row_ready, leafs_turn, leafs_held_q;
   tbu_wr_t nodes_wr, leafs_wr;
-  assign donating        = walk.divide && walk.donate;
-  assign don_ref_valid_o = out_valid && donating;
+  assign don_ref_valid_o = out_valid && out_donate;
   assign don_ref_o       = out_ref;
-  assign out_ready       = donating ? don_ref_ready_i : single || (entry_en && entry_ready);
+  assign out_ready       = out_donate ? don_ref_ready_i : entry_ready;
   assign entry           = '{opaque: out_ref.opaque, last: out_last, tri_idx: idx_t'(out_ref.tri_idx)};
   rc_tbp_sort_nodes u_nodes (
     .clk_i, .rst_ni, .clear_i, .active_i(active), .in_valid_i(node_valid), .in_ready_o(node_ready), .in_node_i(node),
-    .in_adj_i(node_adj), .in_skip_i(node_skip), .in_gap_i(node_gap), .in_idx_o(node_idx), .flush_i(flush), .idle_o(nodes_idle),
-    .ext_req_o(ext_req_o[0]), .ext_gnt_i(ext_gnt_i[0]), .ext_idx_i,
-    .row_valid_o(nodes_row), .row_ready_i(row_ready), .row_o(nodes_wr), .ev_jump_o
+    .in_adj_i(node_adj), .in_skip_i(node_skip), .in_gap_i(node_gap), .in_idx_o(node_idx),
+    .flush_i(flush), .idle_o(nodes_idle), .ext_req_o(ext_req_o[0]), .ext_gnt_i(ext_gnt_i[0]), .ext_idx_i,
+    .row_valid_o(nodes_row), .row_ready_i(row_ready && !leafs_turn), .row_o(nodes_wr), .ev_jump_o
   );
   rc_tbp_sort_leafs u_leafs (
-    .clk_i, .rst_ni, .clear_i, .list_valid_i(list_valid), .list_ready_o(list_ready), .list_num_i(walk.num), .list_idx_o(list_idx),
-    .in_valid_i(out_valid && entry_en), .in_ready_o(entry_ready), .in_entry_i(entry), .flush_i(flush), .idle_o(leafs_idle),
-    .ext_req_o(ext_req_o[1]), .ext_num_o, .ext_gnt_i(ext_gnt_i[1]), .ext_idx_i,
-    .row_valid_o(leafs_row), .row_ready_i(row_ready && !nodes_row), .row_o(leafs_wr)
+    .clk_i, .rst_ni, .clear_i, .list_valid_i(list_valid), .list_ready_o(list_ready), .list_num_i(list_num),
+    .list_idx_o(list_idx), .in_valid_i(out_valid && !out_donate), .in_ready_o(entry_ready), .in_entry_i(entry),
+    .flush_i(flush), .idle_o(leafs_idle), .ext_req_o(ext_req_o[1]), .ext_num_o, .ext_gnt_i(ext_gnt_i[1]), .ext_idx_i,
+    .row_valid_o(leafs_row), .row_ready_i(row_ready && leafs_turn), .row_o(leafs_wr)
   );
+  // Rows of nodes go first, but a row of a list that waits already stays.
+  assign leafs_turn = leafs_row && (leafs_held_q || !nodes_row);
+  always_ff @(posedge clk_i) leafs_held_q <= rst_ni && leafs_turn && !row_ready;
   rc_skid #(.data_t(tbu_wr_t)) u_row (
-    .clk_i, .rst_ni, .in_valid_i((nodes_row || leafs_row) && row_ready), .in_ready_o(row_ready),
-    .in_data_i(nodes_row ? nodes_wr : leafs_wr),
-    .out_valid_o(wr_valid_o), .out_ready_i(wr_ready_i), .out_data_o(wr_o)
+    .clk_i, .rst_ni, .in_valid_i(nodes_row || leafs_row), .in_ready_o(row_ready),
+    .in_data_i(leafs_turn ? leafs_wr : nodes_wr), .out_valid_o(wr_valid_o), .out_ready_i(wr_ready_i), .out_data_o(wr_o)
   );
   assign busy_o = active || wr_valid_o;
+
+`ifndef SYNTHESIS
+  logic [9:0] swept_q;                     // a sweep began so many cycles ago
+  always_ff @(posedge clk_i) begin
+    swept_q <= rst_ni ? {swept_q[8:0], sweep_start} : '0;
+    if (rst_ni && swept_q[9]) AreaThere_A: assert (area_valid);   // before the first cost is compared
+  end
+`endif
 endmodule

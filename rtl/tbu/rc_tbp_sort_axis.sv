@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// One axis of a sorting pipeline: the coordinates of all references on it, the sorted lists of their events, and what is done
-// with them. One thing at a time:
-//   load   a reference in two cycles: its span, cut by the box, into the bank; its events inside the box into the sorter
+// One axis of a sorting pipeline: the coordinates of all references on it, the sorted lists of their events, and what is
+// done with them. One thing at a time:
+//   load   a reference in two cycles: its span, cut by the box, to the bank; its events inside the box to the sorter
 //   sort   rc_merge_sort with the list memory's two ends as its two sides; keys come from the bank
 //   class  a reference a cycle: on which side of the plane it is, and which of its events each child keeps
-//   sweep  an event a cycle: to the lists of the children that keep it, and to their evaluators; 22 cycles more
-// A list holds the events strictly inside its node, and both of each planar reference. Start and end of the node's own faces
-// are missing from it: nL begins with the references whose start is missing.
+//   sweep  an event a cycle: to the lists of the children that keep it, and to their evaluators; 13 cycles more
+// A list holds the events strictly inside its node, and both of each planar reference. Starts and ends on the node's own
+// faces, or beyond, are missing from it: nL begins with the references whose start is missing.
 module rc_tbp_sort_axis import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
   parameter int unsigned Cap = 1280        // references
 ) (
@@ -84,10 +84,11 @@ module rc_tbp_sort_axis import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
   logic [$clog2(2*Cap)-1:0] sort_rd_idx, sort_wr_idx;
   logic [LenW-1:0]          unused_len;
   assign sort_in       = (l3_valid_q && l3_q.sort && l3_keep) || (l4_valid_q && l4_q.sort && l4_keep);
-  assign sort_in_key   = l3_valid_q ? event_key_t'{l3_q.span.lo, 1'b1, !l3_planar} : event_key_t'{l4_q.span.hi, 1'b0, l4_planar_q};
+  assign sort_in_key   = l3_valid_q ? event_key_t'{l3_q.span.lo, 1'b1, !l3_planar}
+                                    : event_key_t'{l4_q.span.hi, 1'b0, l4_planar_q};
   assign sort_in_event = l3_valid_q ? event_t'{1'b1, l3_q.idx} : event_t'{1'b0, l4_q.idx};
 
-  // ---- memories ------------------------------------------------------------------------------------------------------
+  // ---- memories ----------------------------------------------------------------------------------------------------
   // Events are read in S0 and come in S1, their spans in S2.
   logic       s0_valid, s1_valid_q, s2_valid_q, list_room, list_idle;
   event_t     s1_event, s2_event_q;
@@ -105,8 +106,9 @@ module rc_tbp_sort_axis import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
   rc_tbp_list #(.Width(ITEM_W), .Depth(4 * Cap)) u_list (
     .clk_i, .rst_ni,
     .re_i(sort_rd_valid || s0_valid),
-    .rptr_i(sort_rd_valid ? place(sort_rd_side, sort_rd_side ? TOP : '0, ptr_t'(sort_rd_idx)) : s0_ptr), .rdata_o(s1_event),
-    .wr_valid_i(list_wr), .wr_ptr_i(list_ptr), .wr_data_i({2{list_event}}), .room_o(list_room), .idle_o(list_idle)
+    .rptr_i(sort_rd_valid ? place(sort_rd_side, sort_rd_side ? TOP : '0, ptr_t'(sort_rd_idx)) : s0_ptr),
+    .rdata_o(s1_event), .wr_valid_i(list_wr), .wr_ptr_i(list_ptr), .wr_data_i({2{list_event}}),
+    .room_o(list_room), .idle_o(list_idle)
   );
   logic s1_key_q;                          // the sorter's read
   ref_t bank_idx;
@@ -130,24 +132,25 @@ module rc_tbp_sort_axis import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
     .clk_i, .rst_ni, .start_i, .max_len_i(LenW'(sort_max_i)),
     .in_valid_i(sort_in), .in_key_i(sort_in_key), .in_item_i(sort_in_event), .end_i(sort_end_i),
     .busy_o(sort_busy_o), .len_o(unused_len), .side_o(sort_side_o),
-    .rd_valid_o(sort_rd_valid), .rd_side_o(sort_rd_side), .rd_idx_o(sort_rd_idx), .rd_key_i(sort_rd_key), .rd_item_i(s2_event_q),
-    .wr_valid_o(sort_wr_valid), .wr_side_o(sort_wr_side), .wr_idx_o(sort_wr_idx), .wr_key_o(unused_sort_wr_key),
-    .wr_item_o(sort_wr_event)
+    .rd_valid_o(sort_rd_valid), .rd_side_o(sort_rd_side), .rd_idx_o(sort_rd_idx),
+    .rd_key_i(sort_rd_key), .rd_item_i(s2_event_q),
+    .wr_valid_o(sort_wr_valid), .wr_side_o(sort_wr_side), .wr_idx_o(sort_wr_idx),
+    .wr_key_o(unused_sort_wr_key), .wr_item_o(sort_wr_event)
   );
 
-  // ---- class ---------------------------------------------------------------------------------------------------------
+  // ---- class -------------------------------------------------------------------------------------------------------
   logic [1:0] starts, ends, starts_q, ends_q, starts_2q, ends_2q;   // the child keeps this event
   num_t [1:0] gone_q, missing_q;           // events, and starts, that a child does not have
-  assign class_o   = {ends_gt_q || (on_q && pl_i), starts_lt_q || (on_q && !pl_i)};
-  logic ends_gt_q, starts_lt_q, on_q;
+  logic       below_q, above_q, on_q;      // starts below the plane, ends above it, lies in it
+  assign class_o   = {above_q || (on_q && pl_i), below_q || (on_q && !pl_i)};
   assign starts[0] = planar || s2_span.lo > span_i.lo;
   assign ends[1]   = planar || s2_span.hi < span_i.hi;
   assign ends[0]   = planar || s2_span.hi < (cut_i ? pos_i : span_i.hi);
   assign starts[1] = planar || s2_span.lo > (cut_i ? pos_i : span_i.lo);
   always_ff @(posedge clk_i) begin
-    starts_lt_q <= s2_span.lo < pos_i && pos_i != span_i.lo;   // in a flat child there are only planar references
-    ends_gt_q   <= s2_span.hi > pos_i && pos_i != span_i.hi;
-    on_q        <= planar && s2_span.lo == pos_i;
+    below_q <= s2_span.lo < pos_i && pos_i != span_i.lo;    // in a flat child there are only planar references
+    above_q <= s2_span.hi > pos_i && pos_i != span_i.hi;
+    on_q    <= planar && s2_span.lo == pos_i;
     {starts_2q, ends_2q, starts_q, ends_q} <= {starts_q, ends_q, starts, ends};
     for (int c = 0; c < 2; c++) begin
       if (start_i || class_clear_i) begin
@@ -165,7 +168,7 @@ module rc_tbp_sort_axis import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
     assign num_events_o[c] = (sweep_i.num_refs[c] << 1) - gone_q[c];
   end
 
-  // ---- sweep: S0 list, S1 bank and class, S2 key, S3 which child keeps it, S4 write and count -------------------------
+  // ---- sweep: S0 list, S1 bank and class, S2 key, S3 which child keeps it, S4 write and count ----------------------
   typedef struct packed {event_t e; coord_t pos; logic planar; logic [1:0] child;} s3_t;
   s3_t        s3_q, s4_q;
   logic       s3_valid_q, s4_valid_q, a_child;
@@ -192,11 +195,13 @@ module rc_tbp_sort_axis import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
     s4_q       <= s3_q;
     s4_q.child <= keep;
   end
-  assign sweep_busy_o = running_q || s1_valid_q || s2_valid_q || s3_valid_q || s4_valid_q || !list_idle || child_busy != '0;
+  assign sweep_busy_o = running_q || s1_valid_q || s2_valid_q || s3_valid_q || s4_valid_q || !list_idle
+                        || child_busy != '0;
 
   assign got       = s4_valid_q ? s4_q.child : 2'b00;
   assign a_child   = !sweep_i.b_upper;
-  assign put       = {got[!a_child] && sweep_i.keep[!a_child], got[a_child] && sweep_i.keep[a_child]} & {2{!sweep_i.root}};
+  assign put[0]    = got[a_child] && sweep_i.keep[a_child] && !sweep_i.root;
+  assign put[1]    = got[!a_child] && sweep_i.keep[!a_child] && !sweep_i.root;
   assign put_event = s4_q.e;
   always_ff @(posedge clk_i) begin
     if (sweep_start_i) put_q <= {sweep_i.first_b, ptr_t'(0)};

@@ -27,6 +27,7 @@ module rc_tbp_sort_child import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; (
   num_t  nl_q, nr_q, nl, nr;
   logic  at_lo, at_hi, cand_valid, cand_valid_q, all_flat_q;
   cand_t cand, cand_q;
+  coord_t len_q;
   best_t best;
   assign nl    = nl_q + num_t'(ev_start_i);
   assign nr    = nr_q - num_t'(ev_start_i == ev_planar_i);
@@ -35,7 +36,8 @@ module rc_tbp_sort_child import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; (
   assign nl_o  = nl_q;
 
   always_comb begin
-    cand       = {ev_pos_i, !ev_start_i, !ev_start_i || ev_planar_i, (ev_start_i && !ev_planar_i) ? nl_q : nl, nr};
+    cand       = '{pos: ev_pos_i, pl: !ev_start_i, late: !ev_start_i || ev_planar_i,
+                   nl: (ev_start_i && !ev_planar_i) ? nl_q : nl, nr: nr};
     cand_valid = ev_valid_i;
     if (ev_planar_i && at_lo) begin        // none is left of it
       cand.nl    = num_refs_i - nr;
@@ -48,6 +50,7 @@ module rc_tbp_sort_child import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; (
   always_ff @(posedge clk_i) begin
     cand_valid_q <= rst_ni && cand_valid;
     cand_q       <= cand;
+    len_q        <= ev_pos_i - span_i.lo;
     if (start_i) begin
       nl_q <= missing_i;
       nr_q <= num_refs_i;
@@ -61,8 +64,8 @@ module rc_tbp_sort_child import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; (
 
   logic eval_busy;
   rc_tbp_eval u_eval (
-    .clk_i, .rst_ni, .lo_i(span_i.lo), .cfg_i, .half_i, .limit_i, .clear_i(start_i), .in_valid_i(cand_valid_q), .in_i(cand_q),
-    .busy_o(eval_busy), .best_o(best)
+    .clk_i, .rst_ni, .cfg_i, .half_i, .limit_i, .clear_i(start_i), .in_valid_i(cand_valid_q), .in_i(cand_q),
+    .in_len_i(len_q), .busy_o(eval_busy), .best_o(best)
   );
   assign busy_o = cand_valid_q || eval_busy;
   always_comb begin

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// Gives the lists of leaves of a sorting pipeline their places, rising, and makes rows of 32 bytes of them. An entry a cycle.
-// A list lies in one piece: where what is left of an extent is too little, extents in one piece are asked for; if they do
-// not follow on what is left, that stays unused.
+// Gives the lists of leaves of a sorting pipeline their places, rising, and makes rows of 32 bytes of them. An entry a
+// cycle. A list lies in one piece: where what is left of an extent is too little, extents in one piece are asked for; if
+// they do not follow on what is left, that stays unused.
 module rc_tbp_sort_leafs import rc_pkg::*, rc_tbu_pkg::*, rc_tbp_sort_pkg::*; (
   input  logic        clk_i,
   input  logic        rst_ni,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// Gives nodes of a sorting pipeline their places and makes rows of 32 bytes of them. Nodes come in post-order and get falling
-// places: the adjacent child of a node is just above it, and the result is the depth-first layout (paper Sec. 3.7). A node a
-// cycle. An extent is asked for ahead, when the one in use is nearly full; where it does not lie just below, a jump node
-// at its top leads back to the node that came last.
+// Gives nodes of a sorting pipeline their places and makes rows of 32 bytes of them. Nodes come in post-order and get
+// falling places: the adjacent child of a node is just above it, and the result is the depth-first layout (paper
+// Sec. 3.7). A node a cycle. An extent is asked for ahead, when the one in use is nearly full; where it does not lie just
+// below, a jump node at its top leads back to the node that came last.
 module rc_tbp_sort_nodes import rc_pkg::*, rc_tbu_pkg::*; (
   input  logic       clk_i,
   input  logic       rst_ni,
@@ -75,7 +75,7 @@ module rc_tbp_sort_nodes import rc_pkg::*, rc_tbu_pkg::*; (
     if (put) last_q <= place;
   end
 
-  // ---- the row in work goes out when a node of another row comes -----------------------------------------------------
+  // ---- the row in work goes out when a node of another row comes ---------------------------------------------------
   logic [3:0]       used_q;                // nodes of the row
   logic [3:0][63:0] data_q;
   logic [21:0]      row_q;
@@ -94,7 +94,7 @@ module rc_tbp_sort_nodes import rc_pkg::*, rc_tbu_pkg::*; (
       used_q <= '0;
     end else begin
       if (row_valid_o && row_ready_i) used_q <= '0;
-      if (put && (!in_skip_i || put_jump)) used_q <= (same_row && !(row_valid_o && row_ready_i) ? used_q : 4'd0) | 4'd1 << place[1:0];
+      if (put && (!in_skip_i || put_jump)) used_q <= (same_row ? used_q : 4'd0) | 4'd1 << place[1:0];
     end
     if (put) begin
       row_q <= place[23:2];

@@ -13,16 +13,15 @@ package rc_tbp_sort_pkg;
   typedef logic [37:0] half_t;             // half a surface: e1 e2 + (e1 + e2) w
   typedef logic [54:0] cost_t;             // 8 (2 Hn + 3 (H nL + H' nR)), or 24 n Hn
 
-  // An event of a reference on an axis, in the order of a sweep at one position: end, planar (before), planar (after), start.
-  // Lists hold the upper bit; a planar reference is one with lo = hi.
+  // Events of a reference on an axis, in the order of a sweep at one position: end, planar (before), planar (after), start.
+  // The last two of these are `start`; a planar reference is one with lo = hi, and has the two in the middle.
   typedef struct packed {logic start; ref_t idx;} event_t;
-  typedef struct packed {coord_t pos; logic start; logic inner;} event_key_t;   // inner: start = planar, that is before or after
+  typedef struct packed {coord_t pos; logic start; logic odd;} event_key_t; // odd: start and not planar, or the reverse
 
   typedef struct packed {coord_t hi; coord_t lo;} span_t;
   typedef struct packed {                  // of a child and axis
-    rim_t  rim;
+    rim_t  rim;                            // e1 + e2
     face_t cap;                            // e1 e2
-    half_t both;                           // H(l) + H(w - l), whatever l
   } eval_axis_t;
   typedef struct packed {                  // of a child
     eval_axis_t [2:0] axis;
@@ -48,7 +47,7 @@ package rc_tbp_sort_pkg;
 
   // A walk over the list of references of a node.
   typedef struct packed {
-    logic        divide;                   // into lists of the children, and tell the axes each one's class; else give them out
+    logic        divide;                   // into lists of the children, and tell the axes; else give them out: a leaf
     logic        donate;                   // give out those of the child whose list would go to A instead
     logic        in_b;
     ptr_t        first;
@@ -86,6 +85,9 @@ package rc_tbp_sort_pkg;
     num_t       count;
     logic       split;                     // else a leaf
     plane_t     plane;
+    logic       swap;                      // the adjacent child is the upper one
+    logic       b_upper;                   // the upper child's lists go to B, else the lower one's
+    logic [TRI_W-1:0] tri_idx;             // a leaf of one
     logic       refs_in_b;                 // its list of references lies in B and runs down, else in A and up
     logic       in_b;                      // its lists of events likewise
     ptr_t       refs;                      // first place of the list of references
@@ -96,6 +98,7 @@ package rc_tbp_sort_pkg;
   typedef struct packed {                  // an inner node whose children are being made
     logic [1:0] axis;
     coord_t     pos;
+    fp_t        split;                     // the same as a number
     logic       swap;
     logic       lower_empty;
     logic       upper_empty;

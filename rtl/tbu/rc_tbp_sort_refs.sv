@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// The references of a sorting pipeline: which triangle each one is, and the lists of references of nodes, in the order in
-// which they came (ascending in triangle index). A walk reads the list of a node, one reference a cycle:
-//   C0 list   C1 triangle, spans (in the axes)   C2 give out: a leaf   C3 class by the spans   C4 to the children's lists,
-//   class to the axes; give out: donated
-// rc_tbp_list holds the lists; what is given out waits in a queue.
+// The references of a sorting pipeline: which triangle each one is, and the lists of references of nodes, in the order
+// in which they came (ascending in triangle index). A walk reads the list of a node, one reference a cycle:
+//   C0 list   C1 triangle; spans (in the axes)   C2 a leaf's are given out   C3 class by the spans
+//   C4 to the children's lists, class to the axes; donated ones are given out
+// rc_tbp_list holds the lists; what is given out waits in a queue. 6 cycles from walk_start_i to the first class.
 module rc_tbp_sort_refs import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
   parameter int unsigned Cap = 1280        // references
 ) (
@@ -14,9 +14,11 @@ module rc_tbp_sort_refs import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
   input  logic [TRI_W-1:0] ld_tri_idx_i,
   input  logic        ld_opaque_i,
   input  logic        walk_start_i,
-  input  walk_t       walk_i,              // holds until the next one
-  output logic        busy_o,
+  input  walk_t       walk_i,
+  output logic        dividing_o,          // classes are still to come
+  output logic        busy_o,              // lists are not written, or something is not given out
   output num_t [1:0]  num_o,               // references of the lower and upper child so far
+  output logic [1:0][TRI_W-1:0] last_tri_idx_o,   // the last one of them
   output logic        get_valid_o,         // C1: read the spans
   output ref_t        get_idx_o,
   input  box_t        get_box_i,           // C2
@@ -27,7 +29,8 @@ module rc_tbp_sort_refs import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
   output logic        out_valid_o,
   input  logic        out_ready_i,
   output tri_ref_t    out_ref_o,
-  output logic        out_last_o           // of a leaf
+  output logic        out_last_o,          // of a leaf
+  output logic        out_donate_o         // donated, else of a leaf
 );
   localparam int unsigned QUEUE = 8;
   localparam int unsigned IdxW  = $clog2(Cap);
@@ -35,13 +38,16 @@ module rc_tbp_sort_refs import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
   typedef struct packed {logic last; tri_ref_t data;} out_t;
 
   // ---- C0: read ahead only what the queue can take ---------------------------------------------------------------
+  walk_t      walk_q;
   num_t       index_q;
   logic       running_q, c0_valid, list_room, list_idle;
   logic [3:0] out_count;
-  assign c0_valid = running_q && index_q != walk_i.num && list_room && ((walk_i.divide && !walk_i.donate) || out_count <= 4'd3);
+  assign c0_valid = running_q && index_q != walk_q.num && list_room
+                    && ((walk_q.divide && !walk_q.donate) || out_count <= 4'd3);
   always_ff @(posedge clk_i) begin
     if (!rst_ni) running_q <= 1'b0;
-    else running_q <= walk_start_i || (running_q && index_q != walk_i.num);
+    else running_q <= walk_start_i || (running_q && index_q != walk_q.num);
+    if (walk_start_i) walk_q <= walk_i;
     index_q <= walk_start_i ? '0 : index_q + num_t'(c0_valid);
   end
 
@@ -62,10 +68,10 @@ module rc_tbp_sort_refs import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
     end else begin
       c1_valid_q <= c0_valid;
       c2_valid_q <= c1_valid_q;
-      c3_valid_q <= c2_valid_q && walk_i.divide;
+      c3_valid_q <= c2_valid_q && walk_q.divide;
       c4_valid_q <= c3_valid_q;
     end
-    c1_last_q  <= index_q + num_t'(1) == walk_i.num;
+    c1_last_q  <= index_q + num_t'(1) == walk_q.num;
     c2_last_q  <= c1_last_q;
     {c4_idx_q, c3_idx_q, c2_idx_q} <= {c3_idx_q, c2_idx_q, c1_idx};
     {c4_id_q, c3_id_q}             <= {c3_id_q, c2_id};
@@ -74,6 +80,7 @@ module rc_tbp_sort_refs import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
     for (int c = 0; c < 2; c++) begin
       if (walk_start_i) num_o[c] <= '0;
       else if (c4_valid_q && c4_class_q[c]) num_o[c] <= num_o[c] + num_t'(1);
+      if (c4_valid_q && c4_class_q[c]) last_tri_idx_o[c] <= c4_id_q.tri_idx;
     end
   end
   rc_ram_1r1w #(.Width($bits(id_t)), .Depth(Cap)) u_id (
@@ -85,29 +92,32 @@ module rc_tbp_sort_refs import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
   logic       a_child;
   logic [1:0] put;                         // to A, to B
   ptr_t [1:0] put_q;
-  assign a_child = !walk_i.b_upper;
-  assign put     = {c4_valid_q && c4_class_q[!a_child], c4_valid_q && c4_class_q[a_child] && !walk_i.donate};
+  assign a_child = !walk_q.b_upper;
+  assign put     = {c4_valid_q && c4_class_q[!a_child], c4_valid_q && c4_class_q[a_child] && !walk_q.donate};
   always_ff @(posedge clk_i) begin
     if (walk_start_i) put_q <= {walk_i.first_b, ptr_t'(0)};
     else put_q <= {put_q[1] - ptr_t'(put[1]), put_q[0] + ptr_t'(put[0])};
   end
   rc_tbp_list #(.Width($bits(ref_t)), .Depth(2 * Cap)) u_list (
     .clk_i, .rst_ni,
-    .re_i(c0_valid), .rptr_i(walk_i.in_b ? walk_i.first - ptr_t'(index_q) : walk_i.first + ptr_t'(index_q)), .rdata_o(c1_idx),
+    .re_i(c0_valid), .rptr_i(walk_q.in_b ? walk_q.first - ptr_t'(index_q) : walk_q.first + ptr_t'(index_q)),
+    .rdata_o(c1_idx),
     .wr_valid_i(ld_valid_i ? 2'b01 : put), .wr_ptr_i(ld_valid_i ? {2{ptr_t'(ld_idx_i)}} : put_q),
     .wr_data_i({2{ld_valid_i ? ld_idx_i : c4_idx_q}}), .room_o(list_room), .idle_o(list_idle)
   );
 
-  // ---- give out ------------------------------------------------------------------------------------------------------
+  // ---- give out ----------------------------------------------------------------------------------------------------
   out_t out_in;
   logic out_put, out_room;
-  assign out_put = walk_i.divide ? c4_valid_q && walk_i.donate && c4_class_q[a_child] : c2_valid_q;
-  assign out_in  = walk_i.divide ? {1'b0, c4_id_q, c4_box_q} : {c2_last_q, c2_id, get_box_i};
+  assign out_put = walk_q.divide ? c4_valid_q && walk_q.donate && c4_class_q[a_child] : c2_valid_q;
+  assign out_in  = walk_q.divide ? {1'b0, c4_id_q, c4_box_q} : {c2_last_q, c2_id, get_box_i};
   rc_fifo #(.data_t(out_t), .Depth(QUEUE), .Ram(1'b0)) u_out (
     .clk_i, .rst_ni, .in_valid_i(out_put), .in_ready_o(out_room), .in_data_i(out_in),
     .out_valid_o, .out_ready_i, .out_data_o({out_last_o, out_ref_o}), .count_o(out_count)
   );
-  assign busy_o = running_q || c1_valid_q || c2_valid_q || c3_valid_q || c4_valid_q || !list_idle || out_valid_o;
+  assign out_donate_o = walk_q.divide;
+  assign dividing_o   = running_q || c1_valid_q || c2_valid_q || c3_valid_q || c4_valid_q;
+  assign busy_o       = dividing_o || !list_idle || out_valid_o;
 
 `ifndef SYNTHESIS
   logic             past_q;
@@ -121,10 +131,10 @@ module rc_tbp_sort_refs import rc_tbu_pkg::*, rc_tbp_sort_pkg::*; #(
       if (out_put) OutRoom_A: assert (out_room);
       if (c2_valid_q && past_q) Ascending_A: assert (last_q < c2_id.tri_idx);
       if (c4_valid_q) Somewhere_A: assert (c4_class_q != '0);
-      if (put[0] && !walk_i.in_b) BehindA_A: assert (put_q[0] < walk_i.first + ptr_t'(index_q));
-      if (put[1] && walk_i.in_b)  BehindB_A: assert (put_q[1] > walk_i.first - ptr_t'(index_q));
-      if (put[0] && walk_i.in_b)  RoomA_A: assert (put_q[0] + ptr_t'(walk_i.num) <= walk_i.first);
-      if (put[1] && !walk_i.in_b) RoomB_A: assert (put_q[1] >= ptr_t'(walk_i.num) && 32'(put_q[1]) < 2 * Cap);
+      if (put[0] && !walk_q.in_b) BehindA_A: assert (put_q[0] < walk_q.first + ptr_t'(index_q));
+      if (put[1] && walk_q.in_b)  BehindB_A: assert (put_q[1] > walk_q.first - ptr_t'(index_q));
+      if (put[0] && walk_q.in_b)  RoomA_A: assert (put_q[0] + ptr_t'(walk_q.num) <= walk_q.first);
+      if (put[1] && !walk_q.in_b) RoomB_A: assert (put_q[1] >= ptr_t'(walk_q.num) && 32'(put_q[1]) < 2 * Cap);
     end
   end
 `endif

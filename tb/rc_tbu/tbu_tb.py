@@ -2,11 +2,13 @@
 """What the tests of the tree-building unit share: geometry, packed records, memory."""
 
 import random
+import re
+from pathlib import Path
 
 import numpy as np
 
 from raycore.model.tbu import ONE, Refs, fp24_from_fixed, refs_from_vertices
-from raycore.tbutil import RTL, rtl
+from raycore.tbutil import RTL, TB_BUILD, rtl
 
 TOP = 2 * ONE - 1                          # largest coordinate
 SLVERR, DECERR, WINDOW = 6, 7, 8           # err_e of rc_pkg.sv
@@ -31,6 +33,17 @@ def tbu_sources():
     return [*rtl("prim/rc_skid.sv", "prim/rc_ram_1r1w.sv", "prim/rc_fifo.sv", "prim/rc_rr_arb.sv", "prim/rc_idx_pool.sv",
                  "prim/rc_delay.sv", "fp/rc_fp_pipe.sv", "fp/rc_fp_round.sv", "fp/rc_fp_norm.sv", "fp/rc_fp_from_int.sv",
                  "mem/rc_mem_pkg.sv", "mem/rc_mem_rd.sv", "mem/rc_mem_wr.sv", *tbu), "tb/rc_tbu/rc_tbu_tb.sv"]  # fmt: skip
+
+
+def package_with_depth(levels: int) -> Path:
+    """A copy of rc_tbu_pkg.sv that stops dividing after so many levels: 32 of them take more than a test can build."""
+    text, found = re.subn(r"(MAX_DEPTH +)= \d+;", rf"\g<1>= {levels};", (RTL / "tbu/rc_tbu_pkg.sv").read_text())
+    assert found == 1
+    path = TB_BUILD / f"rc_tbu_pkg-depth{levels}" / "rc_tbu_pkg.sv"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not path.exists() or path.read_text() != text:
+        path.write_text(text)
+    return path
 
 
 def pack(fields, **values) -> int:

@@ -24,9 +24,10 @@ from tbu_tb import (
     WR,
     Memory,
     pack,
+    package_with_depth,
     references,
-    unpack,
-    vertex_records,  # fmt: skip
+    unpack,  # fmt: skip
+    vertex_records,
 )
 
 from raycore.model import tbu
@@ -39,6 +40,7 @@ SOURCES = rtl("prim/rc_skid.sv", "prim/rc_ram_1r1w.sv", "prim/rc_fifo.sv", "tbu/
               "tbu/rc_tbp_bin_ctrl.sv", "tbu/rc_tbp_bin.sv")  # fmt: skip
 VERTEX, REF, LIST = 0x1000, 0x20000, 0x80000   # lines
 SEED = int(os.environ.get("RAYCORE_SEED", "1"), 0)
+DEPTH = int(os.environ.get("MAX_DEPTH", tbu.MAX_DEPTH))
 
 
 class Bench:
@@ -204,7 +206,7 @@ async def build(dut, vertices, refine_max, name, **how):
     cap = int(dut.Cap.value)
     opaque = np.random.default_rng(SEED).random(len(vertices)) < 0.7
     bench = Bench(dut, vertices, opaque, cap, refine_max, 16 * cap + 8 * len(vertices) + 64, **how)
-    expected = tbu.upper_tree(bench.refs, cap=cap, refine_max=refine_max)
+    expected = tbu.upper_tree(bench.refs, cap=cap, refine_max=refine_max, max_depth=DEPTH)
     assert int((expected.kind < 3).sum()) <= 128, "more upper nodes than the bench has names for"
     await bench.run()
     assert not bench.full and not bench.bad
@@ -292,3 +294,10 @@ async def bad_coordinates(dut):
 @pytest.mark.parametrize("cap", [32])
 def test_rc_tbp_bin(cap):
     run_cocotb("rc_tbp_bin", SOURCES, "test_rc_tbp_bin", parameters={"Cap": cap})
+
+
+def test_level_limit():
+    """Nodes at the last level are leaves however many references they have."""
+    sources = [package_with_depth(4) if s.name == "rc_tbu_pkg.sv" else s for s in SOURCES]
+    run_cocotb("rc_tbp_bin", sources, "test_rc_tbp_bin", parameters={"Cap": 32}, env={"MAX_DEPTH": "4"},
+               testcase=[f"shapes/shape={s}" for s in ("soup", "clusters", "flat", "walls")])  # fmt: skip

@@ -62,6 +62,18 @@ def sheet(n):
     return refs_of(lo[:n], hi[:n])
 
 
+def ball(n):
+    """A bumpy, closed mesh around the centre."""
+    k = int((n / 2) ** 0.5) + 1
+    a, b = np.meshgrid(np.pi * np.arange(k + 1) / k, 2 * np.pi * np.arange(k + 1) / k, indexing="ij")
+    r = 100_000 * (1 + 0.05 * np.sin(7 * a) * np.cos(5 * b))
+    v = np.rint(131_072 + np.stack((r * np.sin(a) * np.cos(b), r * np.sin(a) * np.sin(b), 0.7 * r * np.cos(a)), axis=-1))
+    near = np.stack((v[:-1, :-1], v[1:, :-1], v[:-1, 1:]), axis=2).reshape(-1, 3, 3)
+    far = np.stack((v[1:, 1:], v[1:, :-1], v[:-1, 1:]), axis=2).reshape(-1, 3, 3)
+    tri = np.stack((near, far), axis=1).reshape(-1, 3, 3)[:n]
+    return refs_of(tri.min(axis=1), tri.max(axis=1))
+
+
 def coplanar(n):
     """Overlapping boxes in one of three planes, and others on top: flat cells."""
     s = soup(n, 60_000, 1000)
@@ -129,7 +141,7 @@ def same_but_cut(want, found, w=0, f=0):
     return sum(same_but_cut(want, found, a, b) for a, b in pairs if a >= 0)
 
 
-KINDS = [soup, sheet, coplanar, identical, needles, points, tiny_cell, one_flat_axis,
+KINDS = [soup, sheet, ball, coplanar, identical, needles, points, tiny_cell, one_flat_axis,
          lambda n: soup(n, 120_000, 30_000), lambda n: soup(n, 200_000)]
 
 
@@ -343,12 +355,18 @@ async def cut_by_the_box(dut):
     b = Bench(dut, 0.8)
     await b.start()
     cap = int(dut.Cap.value)
-    for _ in range(12):
+    for _ in range(10):
         box = np.array([[80_000] * 3, [80_000 + random.choice([500, 20_000, 60_000])] * 3])
         s = random.choice(KINDS)(3 * cap)
         inside = np.all((s.lo < box[1]) & (s.hi > box[0]), axis=1)
         if inside.any():
             b.job(s[np.flatnonzero(inside)[:cap]], box)
+    for face in (0, 1):                    # all in one face: no flat cell, whatever it would cost
+        for n in (6, cap):
+            s = one_flat_axis(n)
+            box = s.box
+            box[1 - face, 1] += 60_000 if face == 0 else -60_000
+            b.job(s, box)
     await b.run()
 
 
@@ -412,14 +430,12 @@ async def rates(dut):
     cap = int(dut.Cap.value)
     b = Bench(dut)
     await b.start()
-    for kind, n in ((sheet, 530), (soup, 530), (sheet, cap), (soup, cap), (coplanar, cap)):
-        if n > cap:
-            continue
-        b.job(kind(n) if kind is not soup else soup(n, 10_000))
+    for kind, n in ((sheet, 530), (ball, 530), (soup, 530), (sheet, cap), (ball, cap), (soup, cap), (coplanar, cap)):
+        b.job(kind(n))
         nodes, entries = len(b.nodes), len(b.lists)
         await b.run(10_000_000)
-        dut._log.info(f"{kind.__name__} of {n}: {b.times[-1] / n:.1f} cycles, {(len(b.nodes) - nodes) / n:.1f} nodes, "
-                      f"{(len(b.lists) - entries) / n:.1f} entries a triangle")
+        dut._log.info(f"rate: {kind.__name__} of {n}: {b.times[-1] / n:.1f} cycles, {(len(b.nodes) - nodes) / n:.2f} nodes, "
+                      f"{(len(b.lists) - entries) / n:.2f} entries a triangle")
 
 
 @pytest.mark.parametrize("cap", [32, 160])

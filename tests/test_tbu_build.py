@@ -91,9 +91,15 @@ def test_build_by_the_model(scene):
     json.dumps(values)
 
 
-def test_without_hardware(scene):
-    with pytest.raises(SimError, match="no tree builder yet"):
-        building.build(scene, "rtl")
+def test_build_by_the_rtl(scene):
+    """The model's tree, by the Verilated unit, whatever the memory's timing; bytes follow from the counters."""
+    for memory in (sim.Memory(), sim.Memory(latency=7, outstanding=3, backpressure=0.4, seed=5)):
+        built = building.build(scene, "rtl", memory)
+        values = building.stats(built, scene, memory)
+        assert built.difference is None and values["check"]["same_tree"]
+        c = values["counters"]
+        assert c["nodes"] == len(built.tree) + built.tree.jumps and c["entries"] == values["list_entries"]
+        assert c["jobs"] == 1 and c["lines"] == 57 and values["cycles"] > 114
 
 
 def test_hardware_figures(scene, monkeypatch):
@@ -125,6 +131,20 @@ def test_hardware_figures(scene, monkeypatch):
     assert values["waste"]["nodes"] == -(-(500 + size) // 128) * 128 - size - 1
     assert values["waste"]["entries"] == -(-(300 + entries) // 256) * 256 - entries
     assert dict(building.summary(values))["cycles"].startswith("5,000")
+
+
+def test_waste_without_lists(scene, monkeypatch):
+    """Leaves of one triangle hold its number and no list: 600 triangles apart from each other take no list extent."""
+    place = np.stack(np.meshgrid(np.arange(30.0), np.arange(20.0), [0.0], indexing="ij"), axis=-1).reshape(-1, 1, 3)
+    apart = replace(
+        scene,
+        triangles=place + 0.2 * np.array([(0.0, 0.0, 0.0), (1.0, 0.1, 0.2), (0.3, 1.0, 0.4)]),
+        face_material=np.zeros(600, np.int32),
+    )
+    monkeypatch.setattr(building, "run_hardware", hardware())
+    built = building.build(apart, "rtl", params=tbu.Params(max_leaf=1))
+    values = building.stats(built, apart)
+    assert values["list_entries"] == values["waste"]["entries"] == 0 and values["leaves"] == 600
 
 
 def test_wrong_hardware(scene, monkeypatch, command, tmp_path):
@@ -187,8 +207,8 @@ def test_command(command, obj, tmp_path):
     for key in ("triangles", "cycles", "cycles_per_triangle", "bytes_per_triangle", "sah_cost", "sah_cost_exact"):
         assert key in values
     assert values["triangles"] == 5 and values["config"]["file"] == str(obj)
-    code, _, err = command("build", obj)
-    assert code == 1 and "--engine model" in err
+    code, _, err = command("build", obj, "--mem-width", "128")
+    assert code == 2 and "64 bits" in err
     code, _, err = command("build", obj, "--engine", "model", "--stats", tmp_path)
     assert code == 1 and "directory" in err
     code, _, err = command("build", obj, "--mem-width", "96")

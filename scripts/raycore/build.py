@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from raycore import __version__, kdtree, sim, tbu
+from raycore import __version__, kdtree, sim, tbu, tbu_sim
 from raycore.errors import SceneError, SimError
 from raycore.image import ALIGN, FIRST_ADDRESS
 from raycore.model import tbu as model
@@ -111,11 +111,9 @@ class HardwareRun:
 
 
 def run_hardware(image: BuildImage, memory: sim.Memory) -> HardwareRun:
-    """Build on the Verilated RTL.
-
-    Raises: SimError: the simulated top has no tree builder yet. This function is the only place that has to change.
-    """
-    raise SimError("the simulated RTL has no tree builder yet; --engine model builds the tree that it must build")
+    """Build on the Verilated RTL. Raises: SimError if it hangs, OptionError, ToolchainError."""
+    after, root, error, counters = tbu_sim.run(image.memory, image.config, image.params.cap, memory)
+    return HardwareRun(after, root, error, counters)
 
 
 def run_model(image: BuildImage) -> HardwareRun:

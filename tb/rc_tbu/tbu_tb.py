@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from raycore.model.tbu import ONE, Refs, fp24_from_fixed, refs_from_vertices
-from raycore.tbutil import RTL, TB_BUILD, rtl
+from raycore.tbu_sim import CONFIG
+from raycore.tbutil import RTL, TB_BUILD
 
 TOP = 2 * ONE - 1                          # largest coordinate
 SLVERR, DECERR, WINDOW = 6, 7, 8           # err_e of rc_pkg.sv
@@ -20,19 +21,7 @@ LEAF = (("dest", 9), ("gap", 6), ("first", 24), ("count", 20))
 WR = (("kind", 2), ("row", 24), ("strb", 8), ("data", 256))
 DONATED = (("entry", 7), ("axis", 2), ("pos", 18), ("swap", 1), ("idx", 24))
 SUBTREE = (("dest", 9), ("idx", 24))
-CFG = (("vertex_base", 26), ("tri_count", 20), ("node_base", 26), ("node_count", 24), ("list_base", 26),
-       ("list_count", 24), ("ref_base", 26), ("ref_count", 24), ("refine_max", 20), ("box", 108))  # fmt: skip
-
-STAT = ("cycles", "nodes", "entries", "jumps", "jobs", "donations", "forced", "lines", "rows", "waits")
-
-
-def tbu_sources():
-    """All of rtl/tbu with what it needs, and rc_tbu_tb."""
-    tbu = sorted((p.relative_to(RTL).as_posix() for p in (RTL / "tbu").glob("*.sv")),
-                 key=lambda n: (not n.endswith("_pkg.sv"), n != "tbu/rc_tbu_pkg.sv", n))  # fmt: skip
-    return [*rtl("prim/rc_skid.sv", "prim/rc_ram_1r1w.sv", "prim/rc_fifo.sv", "prim/rc_rr_arb.sv", "prim/rc_idx_pool.sv",
-                 "prim/rc_delay.sv", "fp/rc_fp_pipe.sv", "fp/rc_fp_round.sv", "fp/rc_fp_norm.sv", "fp/rc_fp_from_int.sv",
-                 "mem/rc_mem_pkg.sv", "mem/rc_mem_rd.sv", "mem/rc_mem_wr.sv", *tbu), "tb/rc_tbu/rc_tbu_tb.sv"]  # fmt: skip
+CFG = CONFIG
 
 
 def package_with_depth(levels: int) -> Path:

@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
-from tbu_tb import CFG, SHAPES, STAT, Memory, pack, references, tbu_sources, vertex_records
+from tbu_tb import CFG, SHAPES, Memory, pack, references, vertex_records
 
 from raycore.model import tbu
 from raycore.model.tbu_memory import compare, pack_box, walk_memory
+from raycore.sim import rtl_sources
+from raycore.tbu_sim import COUNTERS
 from raycore.tbutil import run_cocotb
+from raycore.toolchain import REPO
 
 VERTEX, REF, LIST, NODE = 0x1000, 0x20000, 0x80000, 0xC0000   # lines
 SEED = int(os.environ.get("RAYCORE_SEED", "1"), 0)
@@ -117,7 +120,7 @@ class Bench:
         lists = np.array([get(LIST * 64 + 4 * i, 4) for i in range(self.lists)], np.uint32)
         found = walk_memory(nodes, lists, int(self.dut.root_o.value), self.refs.box)
         word = int(self.dut.stat_o.value)
-        self.stat = {s: word >> 32 * (len(STAT) - 1 - i) & 0xFFFFFFFF for i, s in enumerate(STAT)}
+        self.stat = {s: word >> 32 * (len(COUNTERS) - 1 - i) & 0xFFFFFFFF for i, s in enumerate(COUNTERS)}
         return compare(expected, found)
 
 
@@ -175,4 +178,5 @@ async def errors(dut):
 
 @pytest.mark.parametrize("cap", [160])            # subtrees of 64 references are worth donating
 def test_rc_tbu(cap):
-    run_cocotb("rc_tbu_tb", tbu_sources(), "test_rc_tbu", parameters={"Cap": cap}, public=["m_axi_*"])
+    run_cocotb("rc_tbu_sim_top", [*sorted((REPO / "lint").glob("*.vlt")), *rtl_sources(), "sim/rc_tbu_sim_top.sv"], "test_rc_tbu",
+               parameters={"Cap": cap}, public=["m_axi_*"])  # fmt: skip

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// The tree-building unit with its memory ports: AXI4 outside, windows as the host would set them.
-module rc_tbu_tb import rc_pkg::*; import rc_mem_pkg::*; import rc_tbu_pkg::*; #(
-  parameter int unsigned Cap   = 64,
+// The tree-building unit with its memory ports, for simulation: AXI4 outside, windows as the host would set them.
+module rc_tbu_sim_top import rc_pkg::*; import rc_mem_pkg::*; import rc_tbu_pkg::*; #(
+  parameter int unsigned Cap   = 1280,
   parameter int unsigned DataW = 64
 ) (
   input  logic                clk_i,

@@ -120,7 +120,8 @@ module rc_tbp_bin_ctrl import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin
   logic [4:0] jobs_q;                                // lists in the ring
   logic [3:0] ring_q;                                // next place in it
   logic [NUM_SLOTS-1:0] placed_q, waits;
-  slot_t largest, first_job, order_q[NUM_SLOTS];
+  slot_t largest, first_job;
+  slot_t [NUM_SLOTS-1:0] order_q;
   logic [2:0] order_count_q, push_q;
   logic  any_large, any_job, y_next, fits, job_take, place_large, place_job;
   always_comb begin

@@ -117,7 +117,7 @@ def test_glass_is_closed(name, built):
 
 
 @njit(cache=True)
-def _crossings(points, triangles):
+def crossings(points, triangles):
     """How often a slanted ray from each point crosses the triangles."""
     out = np.zeros(len(points), np.int64)
     for t in range(len(triangles)):
@@ -149,7 +149,7 @@ def test_nothing_sticks_in_glass(name, built):
             own = np.unique(body.reshape(-1, 3), axis=0)
             points = np.array(sorted(set(map(tuple, points)) - set(map(tuple, own)))).reshape(-1, 3)
             points = points[:: max(len(points) // 200, 1)]
-            inside = points[_crossings(points, body) % 2 == 1]
+            inside = points[crossings(points, body) % 2 == 1]
             assert not len(inside), (s.materials[i].name, inside[0].round(4).tolist(), len(inside))
 
 

@@ -21,6 +21,7 @@ module rc_mem_wr import rc_pkg::*; import rc_mem_pkg::*; #(
   input  logic [7:0][31:0]         wr_data_i,
   input  logic [7:0]               wr_strb_i,    // a bit a pixel
   output logic                     ev_row_o,     // a row is sent
+  output logic                     ack_o,        // a row was answered, good or bad; in order
   output logic [IdW-1:0]           m_axi_awid,
   output addr_t                    m_axi_awaddr,
   output logic [7:0]               m_axi_awlen,
@@ -109,6 +110,7 @@ module rc_mem_wr import rc_pkg::*; import rc_mem_pkg::*; #(
   assign idle_o       = !open_valid && !m_axi_awvalid && !m_axi_wvalid;
   assign answer_bad   = m_axi_bvalid && (!open_valid || m_axi_bresp[1] || m_axi_bid != '0);
   always_ff @(posedge clk_i) begin
+    ack_o       <= rst_ni && m_axi_bvalid && open_valid;
     err_valid_o <= rst_ni && (answer_bad || (take && !inside_any));
     if (answer_bad) begin
       err_o.code <= (m_axi_bresp == AXI_RESP_DECERR) ? ERR_DECERR : ERR_SLVERR;

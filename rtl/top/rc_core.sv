@@ -129,7 +129,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
   );
 
   // ---- memory ---------------------------------------------------------------------------------------------
-  logic ev_row;
+  logic ev_row, unused_ack;
   rc_mem_rd #(.NumClients(NUM_RD_CLIENTS), .NumWindows(NUM_WINDOWS), .DataW(DataW), .IdW(IdW)) u_mem_rd (
     .clk_i, .rst_ni, .window_i(rd_window), .stop_i(stop), .idle_o(rd_idle),
     .err_valid_o(rd_err_valid), .err_o(rd_err),
@@ -142,7 +142,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
     .clk_i, .rst_ni, .window_i(wr_window), .stop_i(stop), .idle_o(wr_idle),
     .err_valid_o(wr_err_valid), .err_o(wr_err),
     .wr_valid_i(wr_valid), .wr_ready_o(wr_ready), .wr_addr_i(wr_addr), .wr_data_i(wr_data), .wr_strb_i(wr_strb),
-    .ev_row_o(ev_row),
+    .ev_row_o(ev_row), .ack_o(unused_ack),
     .m_axi_awid, .m_axi_awaddr, .m_axi_awlen, .m_axi_awsize, .m_axi_awburst, .m_axi_awvalid, .m_axi_awready,
     .m_axi_wdata, .m_axi_wstrb, .m_axi_wlast, .m_axi_wvalid, .m_axi_wready,
     .m_axi_bid, .m_axi_bresp, .m_axi_bvalid, .m_axi_bready

@@ -75,6 +75,20 @@ class Engine(StrEnum):
     double = "double"
 
 
+class BuildEngine(StrEnum):
+    """Who builds the tree of `raycore build`."""
+
+    rtl = "rtl"
+    model = "model"
+
+
+class TreeBuilder(StrEnum):
+    """Who builds the tree."""
+
+    host = "host"
+    model = "model"
+
+
 # ---- outputs ---------------------------------------------------------------------------------------------------------------
 
 
@@ -274,6 +288,10 @@ def render(
     engine: Annotated[
         Engine, typer.Option(help="rtl: the hardware; model: its bit-exact reference; double: double precision.")
     ] = Engine.rtl,
+    tree: Annotated[
+        TreeBuilder,
+        typer.Option(help="host: exact SAH with clipping; model: the tree that the tree-building unit makes."),
+    ] = TreeBuilder.host,
 ):
     """Render SCENE to a PNG.
 
@@ -297,6 +315,7 @@ def render(
     from raycore.image import View, build_geometry, build_image, complete_view
     from raycore.model.pixbuf import RGB10A2, RGBA8, unpack
     from raycore.scene import parse_camera, parse_light
+    from raycore.tbu import Params
 
     outputs = {"--output": output, "--stats": stats, "--aov": aov, "--waves": waves}
     difference = output.with_suffix(".diff.png") if check else None
@@ -326,7 +345,7 @@ def render(
         loaded = _scene(scene, not no_textures, compact_textures)
         complete_view(loaded, view)  # what is wrong with the view shows before the tree is built
     with _status(console, f"Building the tree of {len(loaded.triangles):,} triangles"):
-        image = build_image(build_geometry(loaded), view)
+        image = build_image(build_geometry(loaded, Params() if tree is TreeBuilder.model else None), view)
     _note((*loaded.warnings, *image.geometry.notes))
 
     from raycore import render as rendering
@@ -383,6 +402,52 @@ def render(
         raise RayCoreError(
             f"the RTL differs from the reference in {e.pixels} pixels, {e.hits} hits and {len(e.counters)} counters"
         )
+
+
+@app.command(no_args_is_help=True)
+def build(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="As for `raycore render`.")],
+    stats: Annotated[Path | None, typer.Option(metavar="STATS.json", help="All figures and what they mean.")] = None,
+    engine: Annotated[
+        BuildEngine,
+        typer.Option(help="rtl: the tree-building unit; model: the tree that it must build, without cycles."),
+    ] = BuildEngine.rtl,
+    refine_max: Annotated[
+        int, typer.Option(metavar="N", min=0, max=1 << 19, help="Nodes of up to N triangles get fine bins.")
+    ] = 8192,
+    mem_latency: Annotated[int, typer.Option(metavar="N", help="As for `raycore render`.")] = 60,
+    mem_width: Annotated[int, typer.Option(metavar="BITS", help="As for `raycore render`.")] = 64,
+    backpressure: Annotated[float, typer.Option(metavar="P", help="As for `raycore render`.")] = 0.0,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the pauses.")] = 1,
+):
+    """Build the tree of SCENE by the tree-building unit and compare it, node by node, with the model's.
+
+    Examples:
+
+    `raycore build chess`
+
+    `raycore build bunny.obj --stats bunny.json --mem-latency 200`
+    """
+    from raycore import build as building
+    from raycore import sim
+    from raycore.tbu import Params
+
+    _claim(stats, "--stats")
+    memory = sim.Memory(width=mem_width, latency=mem_latency, backpressure=backpressure, seed=seed)
+    console = Console(stderr=True)
+    with _status(console, f"Loading {scene}"):
+        loaded = _scene(scene)
+    with _status(console, f"Building the tree of {len(loaded.triangles):,} triangles"):
+        built = building.build(loaded, engine.value, memory, Params(refine_max=refine_max))
+    values = building.stats(built, loaded, memory if engine is BuildEngine.rtl else None, file=scene)
+    if stats is not None:
+        _write(stats, _json(values))
+    rows = [("scene", f"{loaded.name}, by {engine.value}"), *building.summary(values)]
+    Console(highlight=False, width=max(100, Console().width) if not sys.stdout.isatty() else None).print(_table(rows))
+    if stats is not None:
+        print(f"wrote {stats}")
+    if built.difference is not None:
+        raise RayCoreError(f"the tree differs from the model's {built.difference}")
 
 
 @app.command(no_args_is_help=True)

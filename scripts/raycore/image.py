@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from raycore import kdtree, regs, texture, triaccel
+from raycore import kdtree, regs, tbu, texture, triaccel
 from raycore.errors import OptionError, SceneError
 from raycore.model import fp24, pixbuf, rgen
 from raycore.scene import Camera, Light, Normalised, Scene, default_camera, default_lights, normalise
@@ -248,16 +248,17 @@ def _opaque(materials):
 def build_geometry(scene, params=None):
     """Normalise a scene, build its tree and its records.
 
-    Args: scene `Scene`; params `kdtree.Params`.
+    Args: scene `Scene`; params `kdtree.Params`, or `tbu.Params` for the tree that the tree-building unit makes.
     Returns: `Geometry`. Triangles without area keep their index and a record that never hits.
     Raises: SceneError if it does not fit the hardware.
     """
     if len(scene.materials) > MAX_MATERIALS:
         raise SceneError(f"{scene.name}: {len(scene.materials)} materials, at most {MAX_MATERIALS} fit; merge some")
     began = time.perf_counter()
-    unit = normalise(scene)
+    by_unit = isinstance(params, tbu.Params)
+    unit = tbu.snap(scene) if by_unit else normalise(scene)
     normalised = time.perf_counter()
-    tree = kdtree.build(unit.triangles, unit.dropped, params)
+    tree = tbu.build_tree(unit, params) if by_unit else kdtree.build(unit.triangles, unit.dropped, params)
     built = time.perf_counter()
     fields, uv, blocks, notes = _textures(scene, unit)
     textured = time.perf_counter()
@@ -411,7 +412,7 @@ class Image:
 def build_image(scene, view=None, params=None):
     """Memory image and registers of one frame.
 
-    Args: scene: `Scene`, or `Geometry` to use a tree again; view: `View`; params: `kdtree.Params` of the tree.
+    Args: scene: `Scene`, or `Geometry` to use a tree again; view: `View`; params: of the tree, as in `build_geometry`.
     Returns: `Image`.
     Raises: SceneError, OptionError if scene or view do not fit the hardware.
     """

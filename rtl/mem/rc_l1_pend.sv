@@ -54,24 +54,27 @@ module rc_l1_pend import rc_pkg::*; #(
   assign busy_o    = valid_q != '0;
 
   // Where a line's other half is, after what is written now: there, or overwritten.
-  function automatic place_t after(place_t place, half_addr_t addr, half_addr_t written, logic way);
-    if (addr[HALF_ADDR_W-1:1] == written[HALF_ADDR_W-1:1]) return '{there: 1'b1, way: way};
-    if (addr[SetW:1] == written[SetW:1] && place.way == way) return '0;
+  function automatic place_t after(place_t place, line_addr_t line, line_addr_t written, logic way);
+    if (line == written) return '{there: 1'b1, way: way};
+    if (line[SetW-1:0] == written[SetW-1:0] && place.way == way) return '0;
     return place;
   endfunction
-  place_t miss_place;
+  place_t     miss_place;
+  line_addr_t fill_line;
+  assign fill_line  = fill_addr_i[HALF_ADDR_W-1:1];
   assign miss_place = '{there: miss_there_i, way: miss_way_i};
   always_ff @(posedge clk_i) begin
     if (!rst_ni) valid_q <= '0;
     else         valid_q <= (valid_q & ~(free_valid_i ? same_fill : '0)) | (push ? alloc : '0);
     if (free_valid_i) begin
-      for (int i = 0; i < MaxPend; i++) place_q[i] <= after(place_q[i], addr_q[i], fill_addr_i, free_way_i);
+      for (int i = 0; i < MaxPend; i++)
+        place_q[i] <= after(place_q[i], addr_q[i][HALF_ADDR_W-1:1], fill_line, free_way_i);
     end
     if (push) begin
       for (int i = 0; i < MaxPend; i++) begin
         if (alloc[i]) begin
           addr_q[i]  <= miss_addr_i;
-          place_q[i] <= free_valid_i ? after(miss_place, miss_addr_i, fill_addr_i, free_way_i) : miss_place;
+          place_q[i] <= free_valid_i ? after(miss_place, miss_addr_i[HALF_ADDR_W-1:1], fill_line, free_way_i) : miss_place;
         end
       end
     end

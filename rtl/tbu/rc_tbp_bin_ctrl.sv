@@ -159,12 +159,11 @@ module rc_tbp_bin_ctrl import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin
   // ---- to others ---------------------------------------------------------------------------------------------------------------
   member_t split_at;
   logic    swap, split_take;
-  bnode_t  split_node;
+  bnode_t  split_node, lower, upper, job_node;
   assign split_at      = (state_q == SPLIT_P) ? 3'd0 : (state_q == SPLIT_L) ? 3'd1 : 3'd2;
   assign split_node    = fam_q[split_at];
   assign split_valid_o = (state_q == SPLIT_P || state_q == SPLIT_L || state_q == SPLIT_U) && split_node.plane.pays;
   assign split_take    = split_valid_o && split_ready_i;
-  bnode_t lower, upper;
   assign lower = child(split_node, 1'b0, split_entry_i);
   assign upper = child(split_node, 1'b1, split_entry_i);
   assign swap  = upper.gap != '0;
@@ -176,7 +175,6 @@ module rc_tbp_bin_ctrl import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin
   assign leaf_o = '{dest: fam_q[0].dest, gap: fam_q[0].gap, first: leaf_first_q, count: fam_q[0].count};
   assign job_valid_o = (state_q == PUSH && push_q != order_count_q && !big[order_q[push_q[1:0]]]) || state_q == SMALL;
   assign job_take    = job_valid_o && job_ready_i;
-  bnode_t job_node;
   assign job_node = (state_q == SMALL) ? fam_q[0] : pushed;
   assign job_o = '{vertices: state_q == SMALL, base: job_node.base,
                    job: '{dest: job_node.dest, gap: job_node.gap, level: job_node.level, count: job_node.count,
@@ -185,8 +183,7 @@ module rc_tbp_bin_ctrl import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin
   assign busy_o  = state_q != IDLE;
 
   // ---- states --------------------------------------------------------------------------------------------------------------------
-  // Passes begin one cycle after the state that sets them up, when places and members are in their registers.
-  logic begin_q;
+  logic begin_q;                                     // a cycle later, when places and members are in their registers
   assign pass_start_o = begin_q;
   always_ff @(posedge clk_i) begin
     if (!rst_ni) begin
@@ -256,7 +253,7 @@ module rc_tbp_bin_ctrl import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin
                       box: cfg_i.box, plane: '0, final_plane: 1'b0, in_y: 1'b0, base: RING};
         leaf_first_q <= '0;
       end
-      POPPED: fam_q[0] <= popped;
+      POPPED:    fam_q[0] <= popped;
       LEAF_ROOM: leaf_first_q <= ids_idx_i;
       default: ;
     endcase
@@ -265,9 +262,8 @@ module rc_tbp_bin_ctrl import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin
       fam_q[{split_at[1:0], 1'b1}] <= lower;
       fam_q[{split_at[1:0], 1'b1} + 1'b1] <= upper;
     end
-    if (state_q == REFINE || state_q == SPLIT_P) begin    // what was evaluated, and refined if it should be, stays
-      for (int i = 0; i < 3; i++) if (i == 0 || state_q == REFINE) fam_q[i].final_plane <= 1'b1;
-    end
+    for (int i = 0; i < 3; i++)                        // what was evaluated, and refined if it should be, stays
+      if (state_q == ((i == 0) ? SPLIT_P : REFINE)) fam_q[i].final_plane <= 1'b1;
     if (plane_valid_i) fam_q[at[plane_slot_i]].plane <= plane_i;
     if (place_large) begin
       fam_q[at[largest]].in_y <= y_next;
@@ -293,4 +289,11 @@ module rc_tbp_bin_ctrl import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin
       out_q      <= (state_q == ROOT || state_q == WRITE) ? OUT_REFS : (state_q == LEAF_IDS) ? OUT_IDS : OUT_NONE;
     end
   end
+`ifndef SYNTHESIS
+  always_ff @(posedge clk_i) begin
+    if (rst_ni && state_q == POP && !pop)
+      NothingLeft_A: assert (x_top_q == RING && y_top_q == {cfg_i.ref_count[IDX_W-1:2], 2'b00});
+    if (rst_ni && push) StackRoom_A: assert (32'(depth_q) < STACK);
+  end
+`endif
 endmodule

@@ -5,7 +5,6 @@
 module rc_tbp_sort_leafs import rc_pkg::*, rc_tbu_pkg::*, rc_tbp_sort_pkg::*; (
   input  logic        clk_i,
   input  logic        rst_ni,
-  input  logic        clear_i,             // forget the extents
   input  logic        list_valid_i,        // a leaf begins; held until list_ready_o
   output logic        list_ready_o,
   input  num_t        list_num_i,          // entries
@@ -36,7 +35,7 @@ module rc_tbp_sort_leafs import rc_pkg::*, rc_tbu_pkg::*, rc_tbp_sort_pkg::*; (
   logic follows, put, same_row;
   assign follows = next_q + left_q == ext_idx_i;
   always_ff @(posedge clk_i) begin
-    if (!rst_ni || clear_i) begin
+    if (!rst_ni) begin
       left_q <= '0;
     end else if (ext_gnt_i) begin
       left_q <= idx_t'({ext_num_o, EXT_W'(0)}) + (follows ? left_q : '0);

@@ -6,7 +6,6 @@
 module rc_tbp_sort_nodes import rc_pkg::*, rc_tbu_pkg::*; (
   input  logic       clk_i,
   input  logic       rst_ni,
-  input  logic       clear_i,              // forget the extents
   input  logic       active_i,             // a job is in work: ask for extents
   input  logic       in_valid_i,
   output logic       in_ready_o,           // may depend on in_valid_i
@@ -56,7 +55,7 @@ module rc_tbp_sort_nodes import rc_pkg::*, rc_tbu_pkg::*; (
   assign ext_req_o = active_i && !next_valid_q && (left_q <= left_t'(AHEAD) || (in_valid_i && !room));
 
   always_ff @(posedge clk_i) begin
-    if (!rst_ni || clear_i) begin
+    if (!rst_ni) begin
       left_q       <= '0;
       next_valid_q <= 1'b0;
     end else begin

@@ -58,7 +58,7 @@ module rc_tbu import rc_pkg::*; import rc_tbu_pkg::*; #(
   );
   for (genvar i = 0; i < N; i++) begin : gen_sort
     rc_tbp_sort #(.Cap(Cap)) u_sort (
-      .clk_i, .rst_ni(sort_rst_n), .clear_i(1'b0), .busy_o(sort_busy[i]),
+      .clk_i, .rst_ni(sort_rst_n), .busy_o(sort_busy[i]),
       .job_valid_i(job_valid[i]), .job_ready_o(job_ready[i]), .job_i(job[i]),
       .ref_valid_i(ref_valid[i]), .ref_ready_o(ref_ready[i]), .ref_i(job_ref[i]),
       .ext_req_o(ext_req[i]), .ext_num_o(ext_num[i]), .ext_gnt_i(ext_gnt[i]), .ext_idx_i(ext_idx[i]),

@@ -60,4 +60,7 @@ module rc_tbu_load import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
     if (job_valid_o && job_ready_i) left_q <= head.job.count;
     else if (ref_valid_o && ref_ready_i) left_q <= left_q - 1'b1;
   end
+`ifndef SYNTHESIS
+  always_ff @(posedge clk_i) if (rst_ni && $past(rst_ni && read_o)) ReadToTheEnd_A: assert (cmd_ready);
+`endif
 endmodule

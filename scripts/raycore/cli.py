@@ -447,7 +447,9 @@ def build(
     if stats is not None:
         print(f"wrote {stats}")
     if built.difference is not None:
-        raise RayCoreError(f"the tree differs from the model's {built.difference}")
+        full = built.run.counters.get("forced", 0)
+        why = f"; {full} leaves were made because a pipeline's lists were full" if full else ""
+        raise RayCoreError(f"the tree differs from the model's {built.difference}{why}")
 
 
 @app.command(no_args_is_help=True)

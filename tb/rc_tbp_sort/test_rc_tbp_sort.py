@@ -166,7 +166,7 @@ class Bench:
     async def start(self):
         dut = self.dut
         Clock(dut.clk_i, 10, unit="ns").start()
-        for name in ("rst_ni", "clear_i", "job_valid_i", "job_i", "ref_valid_i", "ref_i", "ext_gnt_i", "ext_idx_i", "wr_ready_i",
+        for name in ("rst_ni", "job_valid_i", "job_i", "ref_valid_i", "ref_i", "ext_gnt_i", "ext_idx_i", "wr_ready_i",
                      "sub_ready_i", "don_want_i", "don_ready_i", "don_ref_ready_i", "ent_valid_i", "ent_idx_i", "upper_ready_i"):
             getattr(dut, name).value = 0
         await RisingEdge(dut.clk_i)
@@ -380,6 +380,24 @@ async def many_jumps(dut):
         b.job(points(random.randint(9, 16)), gap=random.choice([0, 0, 0, 3, 40, 60]))
     await b.run()
     assert b.counts["jump"] > 1
+
+
+@cocotb.test(timeout_time=50, timeout_unit="ms")
+async def reset_midway(dut):
+    """A reset at any time leaves nothing behind."""
+    b = Bench(dut, 0.8)
+    await b.start()
+    for _ in range(8):
+        for _ in range(3):
+            b.job(soup(32))
+        for _ in range(random.randrange(20, 1200)):
+            await b.cycle()
+        dut.rst_ni.value = dut.job_valid_i.value = dut.ref_valid_i.value = dut.ext_gnt_i.value = 0
+        await RisingEdge(dut.clk_i)
+        dut.rst_ni.value = 1
+        b = Bench(dut, 0.8)
+    b.job(soup(32))
+    await b.run()
 
 
 @cocotb.test(timeout_time=50, timeout_unit="ms")

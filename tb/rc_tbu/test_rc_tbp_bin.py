@@ -251,25 +251,56 @@ async def jobs_wait(dut):
     await build(dut, SHAPES["clusters"](rng, 12 * int(dut.Cap.value)), 0, "slow sorting", job_delay=lambda: 2500)
 
 
-@cocotb.test(timeout_time=10, timeout_unit="ms")
-async def working_memory(dut):
-    """Too small by one line: says so and writes nothing outside; the least that does is enough."""
+def least_room(refs, cap, refine_max):
+    """References of working memory that a build needs: the ring, and both stacks at their highest together."""
+    tree = tbu.upper_tree(refs, cap=cap, refine_max=refine_max)
+    counts, boxes = {0: len(refs)}, tree.box
+    todo = [(0, refs)]
+    while todo:                                        # the table has no counts of inner nodes
+        row, part = todo.pop()
+        counts[row] = len(part)
+        if tree.kind[row] < tbu.LEAF:
+            plane = tbu.Plane(0, int(tree.kind[row]), int(tree.plane[row]), 1, True)
+            for child, below in zip((tree.lower[row], tree.upper[row]), tbu.partition(part, boxes[row], plane), strict=True):
+                if child >= 0:
+                    todo.append((child, below))
+
+    def parts(row):
+        return [c for c in (tree.lower[row], tree.upper[row]) if c >= 0] if tree.kind[row] < tbu.LEAF else []
+
+    def lines(row):
+        return -(-counts[row] // 4) * 4
+
+    used = [lines(0), 0]                               # regions X and Y
+    most, pending = used[0], [(0, 0)]
+    while pending:
+        row, region = pending.pop()
+        members = [m for child in parts(row) for m in (parts(child) if counts[child] > cap else []) or [child]]
+        big = sorted((m for m in members if counts[m] > cap), key=lambda m: -counts[m])
+        used[1 - region] += sum(lines(m) for m in big)
+        most = max(most, sum(used))
+        used[region] -= lines(row)
+        pending += [(m, 1 - region) for m in big]
+    return 16 * cap + most
+
+
+@cocotb.test(timeout_time=20, timeout_unit="ms")
+@cocotb.parametrize(shape=["needles", "clusters", "grid"])
+async def working_memory(dut, shape):
+    """The least that does is enough; with a line less it says so, and writes nothing outside. Nothing is left behind."""
     await start(dut)
-    rng = np.random.default_rng(SEED)
+    rng = np.random.default_rng([SEED, len(shape)])
     cap = int(dut.Cap.value)
-    vertices = SHAPES["needles"](rng, 3 * cap)
+    vertices = SHAPES[shape](rng, {"needles": 3, "clusters": 6, "grid": 16}[shape] * cap)
     opaque = np.ones(len(vertices), bool)
-    enough = None
-    for room in range(16 * cap + 3 * cap - 8, 16 * cap + 12 * cap, 8 if enough is None else 4):
+    enough = least_room(references(vertices, opaque), cap, 0)
+    for room in (enough, enough - 1, 16 * cap, 0):
         await reset(dut)
         bench = Bench(dut, vertices, opaque, cap, 0, room)
         await bench.run()
-        assert not bench.bad
+        assert not bench.bad and bench.full == (room < enough), f"{room} references, {enough} should do"
         if not bench.full:
             assert compare(tbu.upper_tree(bench.refs, cap=cap, refine_max=0), bench.tree()) is None
-            enough = room
-            break
-    assert enough is not None and enough > 19 * cap
 
 
 @cocotb.test(timeout_time=10, timeout_unit="ms")

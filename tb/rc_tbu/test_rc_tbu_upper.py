@@ -26,18 +26,22 @@ ROOT = pack(DEST, root=1, upper=0, entry=0)
 class Node:
     """A node of the tree wanted: kind job, leaf, or an axis; children [lower, upper], None if empty."""
 
-    def __init__(self, depth):
+    def __init__(self, depth, comb=False):
         self.gap = 0
         r = random.random() if depth < 4 else 1.0      # large trees need more entries than there are
-        self.kind = "leaf" if depth and r < 0.05 else "job" if depth == 0 or r < 0.2 else random.randrange(3)
+        self.kind = "leaf" if r < (0.02 if depth else 0.4) else "job" if depth == 0 or r < 0.1 else random.randrange(3)
+        if comb:                                       # long ways of adjacent children, leaves with many places below
+            self.kind = random.randrange(3) if depth else "leaf"
         self.first, self.count = random.getrandbits(24), random.getrandbits(20)
         self.donates = self.kind == "job" and random.random() < 0.3
         if self.donates:
             self.axis, self.pos, self.swap = random.randrange(3), random.randrange(1, 1 << 18), random.randrange(2)
         if self.kind in (0, 1, 2):
             self.pos, self.swap = random.choice([1, 1 << 17, (1 << 18) - 1, random.randrange(1, 1 << 18)]), random.randrange(2)
-            self.child = [Node(depth - 1), Node(depth - 1)]
-            if random.random() < 0.15:
+            self.child = [None, None]
+            self.child[self.swap] = Node(depth - 1, comb)
+            self.child[1 - self.swap] = Node(random.randrange(min(depth, 6)) if comb else depth - 1, comb)
+            if not comb and random.random() < 0.15:
                 self.child[1 - self.swap] = None
 
 
@@ -156,6 +160,7 @@ class Bench:
             assert word == "job" and index == node.at
         elif node.kind == "leaf":
             assert word == node.count | 3 << 24 | node.first << 29
+            assert index % 128 >= gap, "the free places below a leaf are not all in its extent"
         elif node.kind == "job":
             assert index == node.at
             assert word == int(fp24_from_fixed(node.pos)) | node.axis << 24 | node.swap << 26 | node.other << 29
@@ -186,7 +191,7 @@ async def random_trees(dut, p, delay):
         dut.rst_ni.value = 1
         random.seed(f"{SEED} {p} {delay} {n}")
         bench = Bench(dut, p, lambda: random.randrange(delay))
-        tree = Node((0, 1, 3, 8)[n % 4])
+        tree = Node((0, 1, 30, 8)[n % 4], n % 4 == 2)
         await bench.make(tree, ROOT, 0)
         bench.done = False
         while not bench.done:

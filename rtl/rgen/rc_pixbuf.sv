@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// Colour buffer: collects finished pixels of up to eight blocks, converts them to the frame buffer's format, and writes
+// Colour buffer: collects finished pixels of up to sixteen blocks, converts them to the frame buffer's format, and writes
 // a block, when its last pixel is there, as rows of 32 bytes. A finished pixel frees its ray index (paper Sec. 3.2).
 //   in    one pixel in three cycles: red, green, blue go through one converter (one of each width)
 //   out   one block in 18 cycles and more; no block takes less than 192 to come in

@@ -3,7 +3,7 @@
 package rc_rgen_pkg;
   import rc_pkg::*;
 
-  parameter int unsigned BLOCK_SLOTS = 16;  // blocks in work; 256 rays in flight are four to five blocks
+  parameter int unsigned BLOCK_SLOTS = 16;  // blocks in work; a block stays until its last path ends
   typedef logic [$clog2(BLOCK_SLOTS)-1:0] blk_slot_t;
 
   typedef struct packed {                  // pixel of a block

@@ -10,7 +10,7 @@
 // docs/bounce.md argues why nothing can wait for ever; formal/rc_sec_stack_props.sv proves it at small sizes.
 module rc_sec_stack #(
   parameter  int unsigned IdW       = 8,                  // a ray index, 2^IdW pixels
-  parameter  int unsigned NumStacks = 32,
+  parameter  int unsigned NumStacks = 64,
   parameter  int unsigned Entries   = 16,                 // one more than a stack ever holds
   parameter  type         data_t    = logic [31:0],       // a ray
   localparam int unsigned NumIds    = 2 ** IdW

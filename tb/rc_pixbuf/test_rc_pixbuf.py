@@ -42,7 +42,7 @@ async def block(dut, rng, bx, by, width, height, base, stride32, fb_format):
     pixels = [(x, y) for y in range(rows) for x in range(cols)]
     ids = dict(zip(rng.sample(range(256), len(pixels)), pixels))
     for ray_id, (x, y) in ids.items():
-        dut.map_valid_i.value, dut.map_i.value = 1, ray_id << 9 | slot << 6 | y << 3 | x
+        dut.map_valid_i.value, dut.map_i.value = 1, ray_id << len(dut.map_i) - 8 | slot << 6 | y << 3 | x
         await RisingEdge(dut.clk_i)
     dut.map_valid_i.value = 0
 

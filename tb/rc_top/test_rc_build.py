@@ -186,6 +186,27 @@ async def errors(dut):
         assert await bench.frame(RENDER) == (ERR_WINDOW, base + 32)
 
 
+@cocotb.test(timeout_time=40, timeout_unit="ms")
+async def nonsense(dut):
+    """A box that is not that of the triangles, even one upside down: a tree or an error, never a hang or a row outside."""
+    rng = np.random.default_rng(int(os.environ["RAYCORE_SEED"]))
+    bench = Bench(dut, int(os.environ["RAYCORE_SEED"]))
+    await bench.begin()
+    names = [f"TBU_{side}_{axis}" for side in ("LO", "HI") for axis in "XYZ"]
+    for count in (CAP, 2 * CAP, 4 * CAP, 4 * CAP):
+        thing = Object(rng, count)
+        await bench.give(thing, **{n: int(rng.integers(1, 1 << 18)) for n in rng.choice(names, 3, replace=False)})
+        vertices = bench.ram.read(VERTICES, 32 * count)
+        code, _ = await bench.frame(BUILD)
+        dut._log.info(f"{count} triangles: error {code}")
+        assert code in (0, ERR_NODE, ERR_LIST, ERR_REF, ERR_COORD)
+        assert bench.ram.read(VERTICES, 32 * count) == vertices
+        await bench.give(thing)
+        assert await bench.frame(BUILD | RENDER) == (0, 0)
+        await bench.check_tree(thing)
+        await bench.check_picture(await bench.read("TBU_ROOT"))
+
+
 def test_rc_build():
     run_cocotb("rc_top", sources(tbu=True), "test_rc_build", parameters={"Tbu": 1, "Cap": CAP},
                build_args=[str(p) for p in sorted((REPO / "lint").glob("*.vlt"))], public=["s_axil*", "m_axi*"])

@@ -283,7 +283,12 @@ package rc_pkg;
     ERR_DECERR = 4'd7,                     // memory answered DECERR
     ERR_WINDOW = 4'd8,                     // address outside every window
     ERR_MAT    = 4'd9,                     // material index outside its region
-    ERR_CONFIG = 4'd10                     // registers that make no sense (zero size, too many lights)
+    ERR_CONFIG = 4'd10,                    // registers that make no sense (zero size, too many lights)
+    ERR_TBU_NODE  = 4'd11,                 // tree builder: node region too small
+    ERR_TBU_LIST  = 4'd12,                 // tree builder: list region too small
+    ERR_TBU_REF   = 4'd13,                 // tree builder: working memory too small
+    ERR_TBU_COUNT = 4'd14,                 // tree builder: too many triangles
+    ERR_TBU_COORD = 4'd15                  // tree builder: coordinate off the grid or outside it
   } err_e;
   typedef struct packed {
     err_e  code;

@@ -16,7 +16,7 @@ constexpr uint8_t POISON = 0xA5;   // data that comes with an error: nobody may 
 AxiMemory::AxiMemory(const MemoryConfig& config, std::vector<uint8_t> image, std::vector<Region> regions)
     : config_(config), image_(std::move(image)), regions_(std::move(regions)), random_(config.seed) {
   for (const Region& region : regions_) {
-    if (!region.writable) continue;
+    if (region.name != "frame") continue;
     frame_base_ = static_cast<uint32_t>(region.lo);
     frame_.assign(region.hi - region.lo, 0);
   }
@@ -89,11 +89,18 @@ void AxiMemory::accept_write(const AxiMasterPins& in) {
 void AxiMemory::take_beat(const AxiMasterPins& in) {
   for (Burst& burst : writes_) {
     if (burst.done == burst.beats) continue;
-    const uint64_t at = uint64_t(burst.addr) + uint64_t(burst.done) * config_.beat_bytes - frame_base_;
+    const uint64_t at = uint64_t(burst.addr) + uint64_t(burst.done) * config_.beat_bytes;
+    const uint64_t in_frame = at - frame_base_;          // wraps far beyond its end below it
     for (unsigned b = 0; b < config_.beat_bytes; b++) {
       if (!(in.wstrb[b / 8] >> (b % 8) & 1)) continue;
-      strobed_bytes_++;
-      if (at + b < frame_.size()) frame_[at + b] = in.wdata[b];
+      if (in_frame + b < frame_.size()) {
+        frame_[in_frame + b] = in.wdata[b];
+        strobed_bytes_++;
+      } else if (at + b < image_.size()) {
+        image_[at + b] = in.wdata[b];
+      } else {
+        complain("write beyond the image at " + hex(at + b));
+      }
     }
     counts_.write_beats++;
     burst.done++;

@@ -46,7 +46,8 @@ struct MemoryConfig {
   std::vector<AxiFault> faults;
 };
 
-// A range of addresses that may be read (or, for the frame buffer, written).
+// A range of addresses that may be read, or one that may be written. What is written must lie in the image, except for
+// the region "frame".
 struct Region {
   std::string name;
   uint64_t lo = 0, hi = 0;       // hi exclusive
@@ -63,6 +64,7 @@ class AxiMemory {
   const AxiSlavePins& out() const { return out_; }
 
   const std::vector<uint8_t>& frame_buffer() const { return frame_; }
+  const std::vector<uint8_t>& image() const { return image_; }   // with what was written into it
   const std::vector<Region>& regions() const { return regions_; }
   const std::string& violation() const { return violation_; }  // empty while all is well
   uint64_t pixels() const { return strobed_bytes_ / 4; }

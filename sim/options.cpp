@@ -16,6 +16,8 @@ const char USAGE[] =
     "usage: rc_sim --image IMAGE.bin --regs REGS.txt [options]\n"
     "  --image FILE          memory from address 0\n"
     "  --regs FILE           set-up registers, lines of NAME VALUE\n"
+    "  --control N           what to start: 1 render, 2 build the tree, 3 build and render (1)\n"
+    "  --memory-after FILE   write the memory as the frame left it, without the frame buffer\n"
     "  --fb FILE             write the frame buffer, height x stride bytes\n"
     "  --hits FILE           write a record of 24 bytes for each finished ray\n"
     "  --stats FILE          write counters as JSON\n"
@@ -82,6 +84,8 @@ Options parse_options(int argc, char** argv) {
     else if (name == "--fb") o.frame = value;
     else if (name == "--hits") o.hits = value;
     else if (name == "--stats") o.stats = value;
+    else if (name == "--memory-after") o.memory_after = value;
+    else if (name == "--control") o.control = uint32_t(number(name, value));
     else if (name == "--waves") o.waves = value;
     else if (name == "--waves-from") o.waves_from = number(name, value);
     else if (name == "--waves-cycles") o.waves_cycles = number(name, value);
@@ -100,6 +104,7 @@ Options parse_options(int argc, char** argv) {
     else throw UsageError("unknown option " + name + " (--help)");
   }
   if (o.image.empty()) throw UsageError("--image is missing (--help)");
+  if (o.control < 1 || o.control > 3) throw UsageError("--control must be 1 to 3");
   if (o.registers.empty()) throw UsageError("--regs is missing (--help)");
   return o;
 }
@@ -139,7 +144,7 @@ std::vector<RegisterWrite> read_registers(const std::string& path) {
   return writes;
 }
 
-std::vector<Region> frame_regions(const std::vector<RegisterWrite>& writes) {
+std::vector<Region> frame_regions(const std::vector<RegisterWrite>& writes, uint32_t control) {
   auto value = [&](uint32_t offset) -> uint64_t {
     uint64_t last = 0;
     for (const RegisterWrite& w : writes) {
@@ -161,6 +166,13 @@ std::vector<Region> frame_regions(const std::vector<RegisterWrite>& writes) {
   add("lights", reg::LIGHT_BASE, 64 * value(reg::LIGHT_COUNT));
   add("uv", reg::UV_BASE, 32 * value(reg::UV_COUNT));
   add("textures", reg::TEX_BASE, 64 * value(reg::TEX_LINES));
+  if (control & 2) {               // the tree builder's; what it writes has names of its own
+    add("vertices", reg::VERTEX_BASE, 32 * value(reg::TRI_COUNT));
+    add("working", reg::REF_BASE, 16 * value(reg::REF_COUNT));
+    add("nodes_built", reg::NODE_BASE, 8 * value(reg::NODE_COUNT), true);
+    add("lists_built", reg::LIST_BASE, 4 * value(reg::LIST_COUNT), true);
+    add("working_written", reg::REF_BASE, 16 * value(reg::REF_COUNT), true);
+  }
   const uint64_t stride = value(reg::FB_STRIDE) / 32 * 32;
   add("frame", reg::FB_BASE, stride * (value(reg::SIZE) >> 16), true);
   if (regions.back().hi > uint64_t(1) << 32) throw UsageError("the frame buffer does not fit in 4 GB");

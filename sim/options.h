@@ -20,6 +20,8 @@ struct RegisterWrite {
 struct Options {
   std::string image, registers;                // in
   std::string frame, hits, stats, waves;       // out, empty: not wanted
+  std::string memory_after;
+  uint32_t control = 1;                        // what is written to CTRL
   uint64_t waves_from = 0, waves_cycles = UINT64_MAX;
   uint64_t max_cycles = UINT64_MAX, watchdog = 200'000;
   bool progress = false;
@@ -34,4 +36,5 @@ std::vector<uint8_t> read_file(const std::string& path);
 std::vector<RegisterWrite> read_registers(const std::string& path);
 
 // What a frame with these registers may touch: worked out here and not in the RTL, to check the RTL.
-std::vector<Region> frame_regions(const std::vector<RegisterWrite>& writes);
+// control: as written to CTRL.
+std::vector<Region> frame_regions(const std::vector<RegisterWrite>& writes, uint32_t control);

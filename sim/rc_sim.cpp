@@ -95,7 +95,7 @@ class Simulation {
   std::vector<RegisterWrite> writes_;
   std::unique_ptr<AxiMemory> memory_;
   AxiMasterPins pins_;
-  Output hits_, frame_, stats_;
+  Output hits_, frame_, stats_, memory_after_;
 #if VM_TRACE_FST
   std::unique_ptr<VerilatedFstC> waves_;
 #endif
@@ -115,9 +115,10 @@ template <class Port> void from_port(const Port& port, uint8_t* bytes) { std::me
 
 Simulation::Simulation(const Options& options, VerilatedContext& context)
     : options_(options), context_(context), memory_config_(options.memory), writes_(read_registers(options.registers)),
-      hits_(options.hits), frame_(options.frame), stats_(options.stats) {
+      hits_(options.hits), frame_(options.frame), stats_(options.stats),
+      memory_after_(options.memory_after) {
   memory_config_.beat_bytes = sizeof top_->m_axi_rdata;
-  memory_ = std::make_unique<AxiMemory>(memory_config_, read_file(options.image), frame_regions(writes_));
+  memory_ = std::make_unique<AxiMemory>(memory_config_, read_file(options.image), frame_regions(writes_, options.control));
   for (const RegisterWrite& w : writes_) {
     if (w.offset == reg::SIZE) pixels_total_ = uint64_t(w.value & 0xFFFF) * (w.value >> 16);
   }
@@ -324,7 +325,7 @@ void Simulation::run() {
   write_register(reg::IRQ_ENABLE, 1);
   last_life_ = cycle_;
   start_ = last_progress_ = Clock::now();
-  write_register(reg::CTRL, 1);
+  write_register(reg::CTRL, options_.control);
   while (!t.irq_o) {
     tick();
     check();
@@ -345,7 +346,10 @@ void Simulation::run() {
         "triangle index %u outside its region", "tree deeper than the stack (ray %u)",
         "a ray took more slots than MAX_SLOTS (ray %u)", "memory answered SLVERR at 0x%08x", "memory answered DECERR at 0x%08x",
         "address 0x%08x outside every window", "material index %u outside its region",
-        "registers that make no sense (register 0x%03x)"};
+        "registers that make no sense (register 0x%03x)",
+        "room for %u nodes is too little for the tree", "room for %u list entries is too little for the tree",
+        "working memory of %u references is too little for the tree builder", "%u triangles are too many for the tree builder",
+        "a vertex is off the grid or outside it"};
     char text[128];
     std::snprintf(text, sizeof text, code < std::size(CAUSE) ? CAUSE[code] : "unknown cause", addr);
     throw Failure(FRAME_ERROR, "the frame ended in error " + std::to_string(code) + ": " + text);
@@ -390,10 +394,12 @@ void Simulation::write_stats() {
 
 void Simulation::write_results() {
   frame_.write(memory_->frame_buffer().data(), memory_->frame_buffer().size());
+  memory_after_.write(memory_->image().data(), memory_->image().size());
   write_stats();
   frame_.close();
   hits_.close();
   stats_.close();
+  memory_after_.close();
 #if VM_TRACE_FST
   if (waves_) waves_->close();
 #endif

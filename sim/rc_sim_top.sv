@@ -2,7 +2,9 @@
 // rc_top for the C++ harness: the fields of the trace become ports of their own, so that no width or
 // bit position is written down in C++. Nothing else happens here.
 module rc_sim_top import rc_pkg::*; #(
-  parameter int unsigned DataW = 64        // memory bus, bits
+  parameter int unsigned DataW = 64,       // memory bus, bits
+  parameter bit          Tbu   = 1'b0,     // with the tree builder
+  parameter int unsigned Cap   = 1280      // references of a sorting pipeline
 ) (
   input  logic               clk_i,
   input  logic               rst_ni,
@@ -74,7 +76,7 @@ module rc_sim_top import rc_pkg::*; #(
   trace_t trace;
   logic   unused_arid, unused_awid;        // one ID: the memory answers in order
 
-  rc_top #(.DataW(DataW)) u_top (
+  rc_top #(.DataW(DataW), .Tbu(Tbu), .Cap(Cap)) u_top (
     .*, .m_axi_arid(unused_arid), .m_axi_rid(1'b0), .m_axi_awid(unused_awid), .m_axi_bid(1'b0), .trace_o(trace)
   );
 

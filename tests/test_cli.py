@@ -439,6 +439,8 @@ def test_faults_repeat_and_reach_every_region():
     clean = {"axi": {"read_bursts": 500, "write_bursts": 48}}
     kinds = set()
     for case in regress.fault_cases("normal", 1):
+        if case.build:
+            continue
         image = images.image(case.scene, regress.FAULT_VIEW)
         memory, faults, model, _, what = regress.spoil(case, image, clean)
         again = regress.spoil(case, image, clean)

@@ -74,7 +74,8 @@ module rc_l1_pend import rc_pkg::*; #(
       for (int i = 0; i < MaxPend; i++) begin
         if (alloc[i]) begin
           addr_q[i]  <= miss_addr_i;
-          place_q[i] <= free_valid_i ? after(miss_place, miss_addr_i[HALF_ADDR_W-1:1], fill_line, free_way_i) : miss_place;
+          place_q[i] <= !free_valid_i ? miss_place
+                        : after(miss_place, miss_addr_i[HALF_ADDR_W-1:1], fill_line, free_way_i);
         end
       end
     end

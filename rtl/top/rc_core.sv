@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// RayCore without its registers: frame control, dispatcher, ray-tracing unit, memory ports.
-module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
+// RayCore without its registers: frame control, tree builder, dispatcher, ray-tracing unit, memory ports.
+module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; import rc_tbu_pkg::*; #(
   parameter int unsigned DataW = 64,         // memory bus: 64, 128 or 256 bits
-  parameter int unsigned IdW   = 1           // memory bus: bits of an ID
+  parameter int unsigned IdW   = 1,          // memory bus: bits of an ID
+  parameter bit          Tbu   = 1'b1,       // with the tree builder
+  parameter int unsigned Cap   = 1280        // references of a sorting pipeline of the tree builder
 ) (
   input  logic               clk_i,
   input  logic               rst_ni,
-  input  logic               start_i,
+  input  logic               render_i,       // start a frame that renders, builds a tree, or both
+  input  logic               build_i,
   input  setup_t             setup_i,        // constant while busy
   output status_t            status_o,
   output logic               end_o,          // one cycle, with the final status
   output counters_t          counters_o,
+  output idx_t               tbu_root_o,     // of the tree builder, until the next frame
+  output tbu_stat_t          tbu_stat_o,
   output trace_t             trace_o,        // for simulations
 
   output logic [IdW-1:0]     m_axi_arid,
@@ -44,28 +49,32 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
   output logic               m_axi_bready
 );
   // ---- frame control --------------------------------------------------------------------------------
-  logic                      unit_rst_n, stop, clear, count;
+  logic                      unit_rst_n, build_rst_n, stop, clear, count;
+  logic                      render, build, building, build_start, build_done;
   logic                      load_start, load_busy, trace_start, all_sent, rtu_idle, rd_idle, wr_idle;
   logic                      bad;
   addr_t                     bad_reg;
   window_t [NUM_WINDOWS-1:0] rd_window;
-  window_t                   wr_window;
-  logic                      rtu_err_valid, rd_err_valid, wr_err_valid;
-  err_t                      rtu_err, rd_err, wr_err;
+  window_t [NUM_WR_WINDOWS-1:0] wr_window;
+  logic                      rtu_err_valid, rd_err_valid, wr_err_valid, tbu_err_valid;
+  err_t                      rtu_err, rd_err, wr_err, tbu_err;
 
-  rc_setup_check u_setup_check (
-    .clk_i, .setup_i, .rd_window_o(rd_window), .wr_window_o(wr_window), .bad_o(bad), .bad_reg_o(bad_reg)
+  rc_setup_check #(.Tbu(Tbu)) u_setup_check (
+    .clk_i, .setup_i, .render_i(render), .build_i(build), .building_i(building),
+    .rd_window_o(rd_window), .wr_window_o(wr_window), .bad_o(bad), .bad_reg_o(bad_reg)
   );
-  rc_frame_ctrl #(.NumErr(3)) u_ctrl (
-    .clk_i, .rst_ni, .start_i, .status_o, .end_o, .clear_o(clear), .count_o(count),
+  rc_frame_ctrl #(.NumErr(4)) u_ctrl (
+    .clk_i, .rst_ni, .render_i, .build_i, .status_o, .end_o, .clear_o(clear), .count_o(count),
     .bad_i(bad), .bad_reg_i(bad_reg),
-    .err_valid_i({wr_err_valid, rd_err_valid, rtu_err_valid}), .err_i({wr_err, rd_err, rtu_err}),
-    .unit_rst_no(unit_rst_n), .stop_o(stop),
+    .err_valid_i({tbu_err_valid, wr_err_valid, rd_err_valid, rtu_err_valid}),
+    .err_i({tbu_err, wr_err, rd_err, rtu_err}),
+    .render_o(render), .build_o(build), .unit_rst_no(unit_rst_n), .build_rst_no(build_rst_n), .stop_o(stop),
+    .build_start_o(build_start), .building_o(building), .build_done_i(build_done),
     .load_start_o(load_start), .load_busy_i(load_busy),
     .trace_start_o(trace_start), .units_idle_i(all_sent && rtu_idle), .ports_idle_i(rd_idle && wr_idle)
   );
 
-  // ---- lights and materials ---------------------------------------------------------------------------
+  // ---- read port ----------------------------------------------------------------------------------------
   logic       [NUM_RD_CLIENTS-1:0] req_valid, req_ready, rsp_valid, ev_line;
   line_addr_t [NUM_RD_CLIENTS-1:0] req_addr;
   logic  [NUM_RD_CLIENTS-1:0][1:0] req_halves;
@@ -81,6 +90,57 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
     req_halves         = '1;
     req_halves[RD_TNI] = {tni_req_addr[0], !tni_req_addr[0]};
   end
+
+  // ---- tree ---------------------------------------------------------------------------------------------
+  logic             tbu_wr_valid, wr_ready, wr_ack;
+  addr_t            tbu_wr_addr;
+  logic [7:0][31:0] tbu_wr_data;
+  logic [7:0]       tbu_wr_strb;
+  tree_cfg_t        tree;
+  always_comb begin
+    tree = setup_i.tree;
+    if (build) tree.root = tbu_root_o;
+  end
+  if (Tbu) begin : gen_tbu
+    tbu_cfg_t cfg;
+    tbu_err_e err;
+    logic     rd_valid, wr_valid, unused_busy;
+    assign cfg = '{
+      vertex_base: setup_i.vertex_base,
+      tri_count: setup_i.tree.tri_count[IDX_W-1:COUNT_W] != '0 ? '1 : setup_i.tree.tri_count[COUNT_W-1:0],
+      node_base: setup_i.tree.node_base, node_count: setup_i.tree.node_count,
+      list_base: setup_i.tree.list_base, list_count: setup_i.tree.list_count,
+      ref_base: setup_i.ref_base, ref_count: setup_i.ref_count, refine_max: setup_i.refine_max, box: setup_i.tri_box
+    };
+    rc_tbu #(.Cap(Cap)) u_tbu (
+      .clk_i, .rst_ni(rst_ni && build_rst_n), .start_i(build_start), .cfg_i(cfg),
+      .busy_o(unused_busy), .done_o(build_done), .err_o(err), .root_o(tbu_root_o), .stat_o(tbu_stat_o),
+      .rd_valid_o(rd_valid), .rd_ready_i(req_ready[RD_TBU]), .rd_addr_o(req_addr[RD_TBU]),
+      .rd_rsp_valid_i(rsp_valid[RD_TBU]), .rd_rsp_block_i(rsp_block),
+      .wr_valid_o(wr_valid), .wr_ready_i(building && wr_ready), .wr_addr_o(tbu_wr_addr), .wr_data_o(tbu_wr_data),
+      .wr_strb_o(tbu_wr_strb), .wr_ack_i(building && wr_ack), .wr_idle_i(wr_idle),
+      .mem_err_i(rd_err_valid || wr_err_valid)
+    );
+    assign req_valid[RD_TBU] = building && rd_valid;
+    assign tbu_wr_valid      = building && wr_valid;
+    // What the ports report is reported once.
+    assign tbu_err_valid     = build_done && err != TBU_OK && err != TBU_BUS;
+    always_comb begin
+      case (err)
+        TBU_NODE:  tbu_err = '{code: ERR_TBU_NODE,  addr: addr_t'(setup_i.tree.node_count)};
+        TBU_LIST:  tbu_err = '{code: ERR_TBU_LIST,  addr: addr_t'(setup_i.tree.list_count)};
+        TBU_REF:   tbu_err = '{code: ERR_TBU_REF,   addr: addr_t'(setup_i.ref_count)};
+        TBU_COUNT: tbu_err = '{code: ERR_TBU_COUNT, addr: addr_t'(setup_i.tree.tri_count)};
+        default:   tbu_err = '{code: ERR_TBU_COORD, addr: '0};
+      endcase
+    end
+  end else begin : gen_no_tbu
+    assign {build_done, tbu_wr_valid, tbu_wr_addr, tbu_wr_data, tbu_wr_strb, tbu_root_o, tbu_stat_o} = '0;
+    assign {req_valid[RD_TBU], req_addr[RD_TBU], tbu_err_valid} = '0;
+    assign tbu_err = '{code: ERR_NONE, addr: '0};
+  end
+
+  // ---- lights and materials ---------------------------------------------------------------------------
   rc_loader u_loader (
     .clk_i, .rst_ni(unit_rst_n), .start_i(load_start), .busy_o(load_busy),
     .light_base_i(setup_i.light_base), .light_count_i(setup_i.light_count[4:0]),
@@ -95,7 +155,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
   block_t     blk;
   shade_cfg_t shade_cfg;
   rtu_ev_t    rtu_ev;
-  logic             wr_valid, wr_ready;
+  logic             wr_valid;
   addr_t            wr_addr;
   logic [7:0][31:0] wr_data;
   logic [7:0]       wr_strb;
@@ -112,7 +172,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
   );
   rc_rtu u_rtu (
     .clk_i, .rst_ni(unit_rst_n),
-    .tree_i(setup_i.tree), .camera_i(setup_i.camera), .shade_i(shade_cfg), .frame_i(setup_i.frame),
+    .tree_i(tree), .camera_i(setup_i.camera), .shade_i(shade_cfg), .frame_i(setup_i.frame),
     .blk_valid_i(blk_valid), .blk_ready_o(blk_ready), .blk_i(blk),
     .ld_valid_i(ld_valid), .ld_kind_i(ld_kind), .ld_idx_i(ld_idx), .ld_line_i(ld_line),
     .tni_req_valid_o(req_valid[RD_TNI]), .tni_req_ready_i(req_ready[RD_TNI]), .tni_req_addr_o(tni_req_addr),
@@ -123,13 +183,15 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
     .uv_rsp_valid_i(rsp_valid[RD_UV]), .uv_rsp_line_i(rsp_line),
     .tex_req_valid_o(req_valid[RD_TEX]), .tex_req_ready_i(req_ready[RD_TEX]), .tex_req_addr_o(req_addr[RD_TEX]),
     .tex_rsp_valid_i(rsp_valid[RD_TEX]), .tex_rsp_block_i(rsp_block),
-    .wr_valid_o(wr_valid), .wr_ready_i(wr_ready), .wr_addr_o(wr_addr), .wr_data_o(wr_data), .wr_strb_o(wr_strb),
+    .wr_valid_o(wr_valid), .wr_ready_i(!building && wr_ready),
+    .wr_addr_o(wr_addr), .wr_data_o(wr_data), .wr_strb_o(wr_strb),
     .err_valid_o(rtu_err_valid), .err_o(rtu_err), .idle_o(rtu_idle),
     .ev_o(rtu_ev), .trace_o
   );
 
   // ---- memory ---------------------------------------------------------------------------------------------
-  logic ev_row, unused_ack;
+  // One writes at a time: the tree builder, then the colour buffer.
+  logic ev_row;
   rc_mem_rd #(.NumClients(NUM_RD_CLIENTS), .NumWindows(NUM_WINDOWS), .DataW(DataW), .IdW(IdW)) u_mem_rd (
     .clk_i, .rst_ni, .window_i(rd_window), .stop_i(stop), .idle_o(rd_idle),
     .err_valid_o(rd_err_valid), .err_o(rd_err),
@@ -138,18 +200,19 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; #(
     .m_axi_arid, .m_axi_araddr, .m_axi_arlen, .m_axi_arsize, .m_axi_arburst, .m_axi_arvalid, .m_axi_arready,
     .m_axi_rid, .m_axi_rdata, .m_axi_rresp, .m_axi_rlast, .m_axi_rvalid, .m_axi_rready
   );
-  rc_mem_wr #(.NumWindows(1), .DataW(DataW), .IdW(IdW)) u_mem_wr (
+  rc_mem_wr #(.NumWindows(NUM_WR_WINDOWS), .DataW(DataW), .IdW(IdW)) u_mem_wr (
     .clk_i, .rst_ni, .window_i(wr_window), .stop_i(stop), .idle_o(wr_idle),
     .err_valid_o(wr_err_valid), .err_o(wr_err),
-    .wr_valid_i(wr_valid), .wr_ready_o(wr_ready), .wr_addr_i(wr_addr), .wr_data_i(wr_data), .wr_strb_i(wr_strb),
-    .ev_row_o(ev_row), .ack_o(unused_ack),
+    .wr_valid_i(building ? tbu_wr_valid : wr_valid), .wr_ready_o(wr_ready),
+    .wr_addr_i(building ? tbu_wr_addr : wr_addr), .wr_data_i(building ? tbu_wr_data : wr_data),
+    .wr_strb_i(building ? tbu_wr_strb : wr_strb), .ev_row_o(ev_row), .ack_o(wr_ack),
     .m_axi_awid, .m_axi_awaddr, .m_axi_awlen, .m_axi_awsize, .m_axi_awburst, .m_axi_awvalid, .m_axi_awready,
     .m_axi_wdata, .m_axi_wstrb, .m_axi_wlast, .m_axi_wvalid, .m_axi_wready,
     .m_axi_bid, .m_axi_bresp, .m_axi_bvalid, .m_axi_bready
   );
   rc_counters u_counters (
-    .clk_i, .rst_ni, .clear_i(clear), .count_i(count), .rtu_ev_i(rtu_ev), .line_i(ev_line),
-    .rd_stall_i(m_axi_arvalid && !m_axi_arready), .row_i(ev_row), .counters_o
+    .clk_i, .rst_ni, .clear_i(clear), .count_i(count), .rtu_ev_i(building ? rtu_ev_t'('0) : rtu_ev), .line_i(ev_line),
+    .rd_stall_i(m_axi_arvalid && !m_axi_arready), .row_i(ev_row && !building), .counters_o
   );
 
 endmodule

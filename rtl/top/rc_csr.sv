@@ -24,11 +24,14 @@ module rc_csr import rc_pkg::*, rc_top_pkg::*; (
   output logic [31:0] s_axil_rdata,
   output logic [1:0]  s_axil_rresp,
 
-  output logic        start_o,             // one cycle
+  output logic        render_o,            // one cycle: start a frame that renders
+  output logic        build_o,             // one cycle: start a frame that builds a tree
   output setup_t      setup_o,
   input  status_t     status_i,
   input  logic        end_i,               // one cycle, with the final status
   input  counters_t   counters_i,
+  input  idx_t        tbu_root_i,
+  input  rc_tbu_pkg::tbu_stat_t tbu_stat_i,
   output logic        irq_o
 );
   rc_regs_pkg::rc_regs__in_t  hw_in;
@@ -45,9 +48,10 @@ module rc_csr import rc_pkg::*, rc_top_pkg::*; (
   );
 
   // ---- control ------------------------------------------------------------------------------------
-  assign start_o = hw.CTRL.start.value;
-  assign irq_o   = (hw.IRQ_STATUS.done.value && hw.IRQ_ENABLE.done.value) ||
-                   (hw.IRQ_STATUS.error.value && hw.IRQ_ENABLE.error.value);
+  assign render_o = hw.CTRL.render.value;
+  assign build_o  = hw.CTRL.build.value;
+  assign irq_o    = (hw.IRQ_STATUS.done.value && hw.IRQ_ENABLE.done.value) ||
+                    (hw.IRQ_STATUS.error.value && hw.IRQ_ENABLE.error.value);
 
   // ---- set-up ---------------------------------------------------------------------------------------
   assign setup_o = '{
@@ -79,7 +83,14 @@ module rc_csr import rc_pkg::*, rc_top_pkg::*; (
     uv_base:     hw.UV_BASE.line.value,      uv_count:    hw.UV_COUNT.value.value,
     tex_base:    hw.TEX_BASE.line.value,     tex_lines:   hw.TEX_LINES.value.value,
     mat_base:    hw.MAT_BASE.line.value,     mat_count:   hw.MAT_COUNT.value.value,
-    light_base:  hw.LIGHT_BASE.line.value,   light_count: hw.LIGHT_COUNT.value.value
+    light_base:  hw.LIGHT_BASE.line.value,   light_count: hw.LIGHT_COUNT.value.value,
+    vertex_base: hw.VERTEX_BASE.line.value,
+    ref_base:    hw.REF_BASE.line.value,     ref_count:   hw.REF_COUNT.value.value,
+    refine_max:  hw.TBU_REFINE.value.value,
+    tri_box: '{
+      hi: {hw.TBU_HI_Z.value.value, hw.TBU_HI_Y.value.value, hw.TBU_HI_X.value.value},
+      lo: {hw.TBU_LO_Z.value.value, hw.TBU_LO_Y.value.value, hw.TBU_LO_X.value.value}
+    }
   };
 
   // ---- status and counters --------------------------------------------------------------------------
@@ -123,6 +134,17 @@ module rc_csr import rc_pkg::*, rc_top_pkg::*; (
     hw_in.TEX_MISSES.value.next       = counters_i[CNT_TEX_MISSES];
     hw_in.LINES_UV.value.next         = counters_i[CNT_LINES_UV];
     hw_in.LINES_TEX.value.next        = counters_i[CNT_LINES_TEX];
+    hw_in.TBU_ROOT.value.next         = 32'(tbu_root_i);
+    hw_in.TBU_CYCLES.value.next       = tbu_stat_i.cycles;
+    hw_in.TBU_NODES.value.next        = tbu_stat_i.nodes;
+    hw_in.TBU_ENTRIES.value.next      = tbu_stat_i.entries;
+    hw_in.TBU_JUMPS.value.next        = tbu_stat_i.jumps;
+    hw_in.TBU_JOBS.value.next         = tbu_stat_i.jobs;
+    hw_in.TBU_DONATIONS.value.next    = tbu_stat_i.donations;
+    hw_in.TBU_FORCED.value.next       = tbu_stat_i.forced;
+    hw_in.TBU_LINES.value.next        = tbu_stat_i.lines;
+    hw_in.TBU_ROWS.value.next         = tbu_stat_i.rows;
+    hw_in.TBU_WAITS.value.next        = tbu_stat_i.waits;
   end
 
 endmodule

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// Life of a frame: check the set-up, reset the ray-tracing units, load lights and materials, trace,
-// end. The first error stops the memory ports; when they are quiet the units are reset and the
+// Life of a frame: check the set-up, build the tree, reset the ray-tracing units, load lights and materials, trace,
+// end. Building, or all that follows it, may be left out. The first error stops the memory ports; when they are quiet the units are reset and the
 // frame ends with that error, so nothing that waits for an answer is ever reset (docs/seams.md).
 module rc_frame_ctrl import rc_pkg::*; import rc_top_pkg::*; #(
-  parameter int unsigned NumErr = 3              // sources of errors; a lower one wins a tie
+  parameter int unsigned NumErr = 4              // sources of errors; a lower one wins a tie
 ) (
   input  logic              clk_i,
   input  logic              rst_ni,
-  input  logic              start_i,             // ignored while busy
+  input  logic              render_i,            // start: a picture, a tree, or both; ignored while busy
+  input  logic              build_i,
   output status_t           status_o,
   output logic              end_o,               // with the final status, one cycle
   output logic              clear_o,             // a frame begins, one cycle
@@ -16,15 +17,21 @@ module rc_frame_ctrl import rc_pkg::*; import rc_top_pkg::*; #(
   input  addr_t             bad_reg_i,
   input  logic [NumErr-1:0] err_valid_i,
   input  err_t [NumErr-1:0] err_i,
-  output logic              unit_rst_no,         // soft reset of everything but the memory ports
+  output logic              render_o,            // what this frame does
+  output logic              build_o,
+  output logic              unit_rst_no,         // soft reset of the ray-tracing units; not of the memory ports
+  output logic              build_rst_no,        // of the tree builder; its results stay until the next frame
   output logic              stop_o,              // memory ports: take no more requests
+  output logic              build_start_o,
+  output logic              building_o,          // the memory ports are the tree builder's
+  input  logic              build_done_i,
   output logic              load_start_o,
   input  logic              load_busy_i,
   output logic              trace_start_o,
   input  logic              units_idle_i,        // all blocks sent, nothing in the units
   input  logic              ports_idle_i         // nothing outstanding in the memory ports
 );
-  typedef enum logic [2:0] {IDLE, CHECK, LOAD, TRACE, STOP, END} state_e;
+  typedef enum logic [2:0] {IDLE, CHECK, BUILD, LOAD, TRACE, STOP, END} state_e;
   state_e     state_d, state_q;
   logic [3:0] wait_d, wait_q;                    // cycles since something last happened
 
@@ -33,7 +40,7 @@ module rc_frame_ctrl import rc_pkg::*; import rc_top_pkg::*; #(
   localparam logic [3:0] CHECK_CYCLES = 4'd3;
   localparam logic [3:0] QUIET_CYCLES = 4'd8;
 
-  logic  failed;
+  logic  start, failed;
   err_t  err_d;
   always_comb begin
     {failed, err_d} = '0;
@@ -45,18 +52,32 @@ module rc_frame_ctrl import rc_pkg::*; import rc_top_pkg::*; #(
     end
   end
 
+  assign start = render_i || build_i;
   always_comb begin
     state_d       = state_q;
     wait_d        = '0;
+    build_start_o = 1'b0;
     load_start_o  = 1'b0;
     trace_start_o = 1'b0;
     unique case (state_q)
-      IDLE: if (start_i) state_d = CHECK;
+      IDLE: if (start) state_d = CHECK;
       CHECK: begin
         wait_d = wait_q + 4'd1;
         if (wait_q == CHECK_CYCLES) begin
-          state_d      = failed ? END : LOAD;
-          load_start_o = !failed;
+          state_d       = failed ? END : build_o ? BUILD : LOAD;
+          build_start_o = !failed && build_o;
+          load_start_o  = !failed && !build_o;
+          wait_d        = '0;
+        end
+      end
+      BUILD: begin                               // then the windows change, and any error shows
+        if (!building_o && ports_idle_i) wait_d = wait_q + 4'd1;
+        if (failed) begin
+          state_d = STOP;
+          wait_d  = '0;
+        end else if (wait_q == QUIET_CYCLES) begin
+          state_d      = render_o ? LOAD : END;
+          load_start_o = render_o;
           wait_d       = '0;
         end
       end
@@ -83,11 +104,11 @@ module rc_frame_ctrl import rc_pkg::*; import rc_top_pkg::*; #(
     endcase
   end
 
-  assign clear_o     = state_q == IDLE && start_i;
+  assign clear_o     = state_q == IDLE && start;
   assign count_o     = state_q != IDLE && state_q != END;
   assign stop_o      = state_q == STOP || state_q == END;      // the units' reset takes hold after END
-  assign unit_rst_no = state_q == LOAD || state_q == TRACE || state_q == STOP ||
-                       (state_q == CHECK && wait_q == CHECK_CYCLES);   // to take load_start_o
+  assign unit_rst_no = state_q == LOAD || state_q == TRACE || state_q == STOP || load_start_o;
+  assign build_rst_no = state_q != CHECK || build_start_o;
   assign end_o       = state_q == END;
 
   always_ff @(posedge clk_i) begin
@@ -95,9 +116,12 @@ module rc_frame_ctrl import rc_pkg::*; import rc_top_pkg::*; #(
       state_q  <= IDLE;
       wait_q   <= '0;
       status_o <= '0;
+      {render_o, build_o, building_o} <= '0;
     end else begin
       state_q <= state_d;
       wait_q  <= wait_d;
+      if (clear_o) {render_o, build_o, building_o} <= {render_i, build_i, build_i};
+      else if (state_q == END || (state_q == BUILD && build_done_i && !failed)) building_o <= 1'b0;
       if (clear_o) begin
         status_o <= '{busy: 1'b1, err: '{code: ERR_NONE, default: '0}, default: '0};
       end else begin

@@ -3,7 +3,9 @@
 // AXI ports keep the names that tools look for. trace_o is for simulations: leave it open on a board.
 module rc_top import rc_pkg::*; import rc_top_pkg::*; #(
   parameter int unsigned DataW = 64,         // memory bus: 64, 128 or 256 bits
-  parameter int unsigned IdW   = 1           // memory bus: bits of an ID
+  parameter int unsigned IdW   = 1,          // memory bus: bits of an ID
+  parameter bit          Tbu   = 1'b1,       // with the tree builder
+  parameter int unsigned Cap   = 1280        // references of a sorting pipeline of the tree builder
 ) (
   input  logic               clk_i,
   input  logic               rst_ni,
@@ -60,7 +62,9 @@ module rc_top import rc_pkg::*; import rc_top_pkg::*; #(
   input  logic               m_axi_bvalid,
   output logic               m_axi_bready
 );
-  logic      start, frame_end;
+  logic      render, build, frame_end;
+  idx_t      tbu_root;
+  rc_tbu_pkg::tbu_stat_t tbu_stat;
   setup_t    setup;
   status_t   status;
   counters_t counters;
@@ -72,11 +76,12 @@ module rc_top import rc_pkg::*; import rc_top_pkg::*; #(
     .s_axil_bvalid, .s_axil_bready, .s_axil_bresp,
     .s_axil_arvalid, .s_axil_arready, .s_axil_araddr, .s_axil_arprot,
     .s_axil_rvalid, .s_axil_rready, .s_axil_rdata, .s_axil_rresp,
-    .start_o(start), .setup_o(setup), .status_i(status), .end_i(frame_end), .counters_i(counters), .irq_o
+    .render_o(render), .build_o(build), .setup_o(setup), .status_i(status), .end_i(frame_end),
+    .counters_i(counters), .tbu_root_i(tbu_root), .tbu_stat_i(tbu_stat), .irq_o
   );
-  rc_core #(.DataW(DataW), .IdW(IdW)) u_core (
-    .clk_i, .rst_ni, .start_i(start), .setup_i(setup), .status_o(status), .end_o(frame_end),
-    .counters_o(counters), .trace_o,
+  rc_core #(.DataW(DataW), .IdW(IdW), .Tbu(Tbu), .Cap(Cap)) u_core (
+    .clk_i, .rst_ni, .render_i(render), .build_i(build), .setup_i(setup), .status_o(status), .end_o(frame_end),
+    .counters_o(counters), .tbu_root_o(tbu_root), .tbu_stat_o(tbu_stat), .trace_o,
     .m_axi_arid, .m_axi_araddr, .m_axi_arlen, .m_axi_arsize, .m_axi_arburst, .m_axi_arvalid, .m_axi_arready,
     .m_axi_rid, .m_axi_rdata, .m_axi_rresp, .m_axi_rlast, .m_axi_rvalid, .m_axi_rready,
     .m_axi_awid, .m_axi_awaddr, .m_axi_awlen, .m_axi_awsize, .m_axi_awburst, .m_axi_awvalid, .m_axi_awready,

@@ -2,6 +2,7 @@
 // Types between the registers (rc_csr) and the frame control (rc_core).
 package rc_top_pkg;
   import rc_pkg::*;
+  import rc_tbu_pkg::box_t, rc_tbu_pkg::count_t;
 
   // What the host set up. Counts are as wide as their registers: rc_setup_check looks at them
   // before anything else does.
@@ -24,6 +25,11 @@ package rc_top_pkg;
     logic [15:0] mat_count;
     line_addr_t  light_base;
     logic [15:0] light_count;
+    line_addr_t  vertex_base;                // what follows is for the tree builder
+    line_addr_t  ref_base;
+    idx_t        ref_count;
+    count_t      refine_max;
+    box_t        tri_box;
   } setup_t;
 
   typedef struct packed {
@@ -34,16 +40,18 @@ package rc_top_pkg;
   } status_t;
 
   // Regions that a frame reads: nodes, lists, TriAccel, triangle information, materials, lights, texture coordinates,
-  // textures.
-  parameter int unsigned NUM_WINDOWS = 8;
+  // textures. Regions that the tree builder writes: nodes, lists, working memory.
+  parameter int unsigned NUM_WINDOWS    = 8;
+  parameter int unsigned NUM_WR_WINDOWS = 3;
 
   // Clients of the read port.
-  parameter int unsigned NUM_RD_CLIENTS = 5;
+  parameter int unsigned NUM_RD_CLIENTS = 6;
   parameter int unsigned RD_TNI    = 0;    // L2 cache
   parameter int unsigned RD_TRI    = 1;    // triangle cache
   parameter int unsigned RD_LOADER = 2;
   parameter int unsigned RD_UV     = 3;    // cache of texture coordinates
   parameter int unsigned RD_TEX    = 4;    // texture cache
+  parameter int unsigned RD_TBU    = 5;    // tree builder
 
   // Counters, in the order of their registers.
   typedef enum logic [4:0] {

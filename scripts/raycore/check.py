@@ -318,11 +318,11 @@ class Report:
         ]
 
 
-def check(image, result=None, reference=None):
+def check(image, result=None, reference=None, exact=None):
     """Check a frame.
 
     Args: image `image.Image`; result `sim.SimResult` with hits, None: check the reference alone; reference
-        `frame.render_fp24` of the image if it is there already.
+        `frame.render_fp24` of the image if it is there already; exact: `compare_rtl` of these two, likewise.
     Returns: `Report`.
     """
     from raycore.model import frame as frames
@@ -330,7 +330,8 @@ def check(image, result=None, reference=None):
     reference = reference or frames.render_fp24(image)
     free, double = frames.render_double(image), frames.render_double(image, reference.tri)
     a, b, any_b = (channels(f.pixels, image.view.fb_format) for f in (reference, double, free))
-    exact = None if result is None else compare_rtl(result, reference)
+    if exact is None and result is not None:
+        exact = compare_rtl(result, reference)
     same = same_rays(reference, double)
     return Report(
         exact,

@@ -87,6 +87,7 @@ class TreeBuilder(StrEnum):
 
     host = "host"
     model = "model"
+    rtl = "rtl"
 
 
 # ---- outputs ---------------------------------------------------------------------------------------------------------------
@@ -290,7 +291,8 @@ def render(
     ] = Engine.rtl,
     tree: Annotated[
         TreeBuilder,
-        typer.Option(help="host: exact SAH with clipping; model: the tree that the tree-building unit makes."),
+        typer.Option(help="host: exact SAH with clipping; model: the tree that the tree-building unit makes; "
+            "rtl: the unit builds it, in the same run of the hardware, before the picture."),
     ] = TreeBuilder.host,
 ):
     """Render SCENE to a PNG.
@@ -309,6 +311,8 @@ def render(
 
     `raycore render room.glb -o room.png --no-shadows --mem-latency 200 --mem-width 128`
 
+    `raycore render chess -o chess.png --tree rtl --check`
+
     `raycore render tiny -o tiny.png --size 32x32 --waves tiny.fst --waves-from 1000 --waves-cycles 5000`
     """
     from raycore import sim
@@ -326,6 +330,9 @@ def render(
         raise OptionError("two outputs have the same name")
     if waves is not None and engine is not Engine.rtl:
         raise OptionError("--waves: only the engine rtl has waveforms")
+    in_hardware = tree is TreeBuilder.rtl
+    if in_hardware and engine is not Engine.rtl:
+        raise OptionError("--tree rtl: only the engine rtl builds trees")
     memory = sim.Memory(width=mem_width, latency=mem_latency, backpressure=backpressure, seed=seed)
     width, height = _size(size)
     view = View(
@@ -345,18 +352,25 @@ def render(
         loaded = _scene(scene, not no_textures, compact_textures)
         complete_view(loaded, view)  # what is wrong with the view shows before the tree is built
     with _status(console, f"Building the tree of {len(loaded.triangles):,} triangles"):
-        image = build_image(build_geometry(loaded, Params() if tree is TreeBuilder.model else None), view)
-    _note((*loaded.warnings, *image.geometry.notes))
+        geometry = build_geometry(loaded, None if tree is TreeBuilder.host else Params(), in_hardware)
+        image = None if in_hardware else build_image(geometry, view)
+    _note((*loaded.warnings, *geometry.notes))
 
+    from raycore import dynamic
     from raycore import render as rendering
     from raycore.check import channels
 
     simulation = {}
     if engine is Engine.rtl:
         with _status(console, "Building the simulator if the RTL has changed"):
-            sim.build(mem_width=mem_width, waves=waves is not None)
+            sim.build(mem_width=mem_width, waves=waves is not None, tbu=in_hardware)
         simulation = {"waves": waves, "waves_from": waves_from, "waves_cycles": waves_cycles}
-    rendered = rendering.render(image, engine.value, memory, hits=check or aov is not None, **simulation)
+    hits = check or aov is not None
+    if in_hardware:
+        rendered = dynamic.render_frame(geometry, view, memory, hits, keep_memory=check, **simulation)
+        image = rendered.image
+    else:
+        rendered = rendering.render(image, engine.value, memory, hits, **simulation)
     if srgb:
         _write(output, _png(_encode_srgb(unpack(rendered.pixels, RGB10A2)), srgb=True))
     else:
@@ -370,8 +384,14 @@ def render(
         from raycore.check import check as run_check
 
         with _status(console, "Checking (the first time this compiles the reference, about a minute)"):
-            report = run_check(image, rendered.result, rendered.frame if engine is Engine.model else None)
+            if in_hardware:  # everything is measured with the model's tree, which must be that of the RTL
+                built = dynamic.check_frame(rendered)
+                report = run_check(built.image, rendered.result, built.reference, built.exact)
+            else:
+                report = run_check(image, rendered.result, rendered.frame if engine is Engine.model else None)
         values["check"] = report.values()
+        if in_hardware:
+            values["check"]["tree"] = {"same": built.difference is None, "difference": built.difference}
         _write(difference, _png(report.picture))
     if stats is not None:
         _write(stats, _json(values))
@@ -379,7 +399,8 @@ def render(
     rows = [
         (
             "scene",
-            f"{image.geometry.scene.name}, {len(loaded.triangles):,} triangles, {image.geometry.tree.nodes.size:,} nodes",
+            f"{image.geometry.scene.name}, {len(loaded.triangles):,} triangles, "
+            f"{values['tbu']['counters']['nodes'] if in_hardware else image.geometry.tree.nodes.size:,} nodes",
         ),
         ("picture", f"{width}x{height} in {rendered.seconds:.1f} s by {engine.value}, depth {image.view.max_depth}"),
         *rendering.summary(values),
@@ -395,12 +416,117 @@ def render(
         out.print(_table(marks))
         for line in report.exact.examples if report.exact else ():
             out.print(f"  {line}", markup=False)
+        if in_hardware:
+            out.print(f"tree as the model's, node by node: {'yes' if built.difference is None else 'NO'}")
     files = [p for p in (output, difference, stats, aov, waves) if p is not None]
     out.print("wrote " + ", ".join(map(str, files)), markup=False, soft_wrap=True)
     if report is not None and not report.ok:
         e = report.exact
         raise RayCoreError(
             f"the RTL differs from the reference in {e.pixels} pixels, {e.hits} hits and {len(e.counters)} counters"
+        )
+    if in_hardware and check and built.difference is not None:
+        raise RayCoreError(f"the tree differs from the model's {built.difference}")
+
+
+@app.command(no_args_is_help=True)
+def animate(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene file (JSON) with animations, or one of ours by name.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FOLDER", help="For the pictures; made if it is not there.")
+    ],
+    frames: Annotated[int, typer.Option(metavar="N", help="How many pictures.")] = 24,
+    fps: Annotated[
+        float | None,
+        typer.Option(metavar="F", help="Pictures a second. Default: N pictures make one round of the scene."),
+    ] = None,
+    size: Annotated[str, typer.Option(metavar="WxH", help="As for `raycore render`.")] = "160x96",
+    depth: Annotated[int | None, typer.Option(metavar="N", help="As for `raycore render`.")] = None,
+    camera: Annotated[str | None, typer.Option(metavar="EYE:TARGET:UP:FOV", help="As for `raycore render`.")] = None,
+    no_shadows: Annotated[bool, typer.Option("--no-shadows", help="As for `raycore render`.")] = False,
+    no_textures: Annotated[bool, typer.Option("--no-textures", help="As for `raycore render`.")] = False,
+    linear: Annotated[
+        bool, typer.Option("--linear", help="The frame buffer's linear 8 bits as they are. Default: sRGB, for screens.")
+    ] = False,
+    mem_latency: Annotated[int, typer.Option(metavar="N", help="As for `raycore render`.")] = 60,
+    mem_width: Annotated[int, typer.Option(metavar="BITS", help="As for `raycore render`.")] = 64,
+    backpressure: Annotated[float, typer.Option(metavar="P", help="As for `raycore render`.")] = 0.0,
+    seed: Annotated[int, typer.Option(metavar="N", help="As for `raycore render`.")] = 1,
+    stats: Annotated[Path | None, typer.Option(metavar="STATS.json", help="The table and more.")] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Compare every picture, hit and tree with the bit-exact references.")
+    ] = False,
+):
+    """Render SCENE as it moves: the hardware builds the tree anew for every picture.
+
+    Writes `FOLDER/frame_0000.png` and so on, and `FOLDER/animation.png`, an animated PNG that browsers show.
+
+    Examples:
+
+    `raycore animate pendulum -o build/pendulum`
+
+    `raycore animate carousel -o build/carousel --frames 12 --size 320x192 --check`
+    """
+    from raycore import animate as animation
+    from raycore import sim
+    from raycore.check import channels
+    from raycore.image import View
+    from raycore.model.pixbuf import RGB10A2, RGBA8, unpack
+    from raycore.scene import parse_camera, without_textures
+
+    _claim(stats, "--stats")
+    if output.exists() and not output.is_dir():
+        raise OutputError(f"--output {output}: is a file; give a folder")
+    _claim(output.parent / output.name, "--output") if not output.exists() else None
+    memory = sim.Memory(width=mem_width, latency=mem_latency, backpressure=backpressure, seed=seed)
+    view = View(
+        *_size(size),
+        parse_camera(camera) if camera else None,
+        shadows=not no_shadows,
+        fb_format=RGBA8 if linear else RGB10A2,
+        max_depth=depth,
+    )
+    moments = animation.times(scene, frames, fps)
+    output.mkdir(exist_ok=True)
+    console = Console(stderr=True)
+    with _status(console, "Building the simulator if the RTL has changed"):
+        sim.build(mem_width=mem_width, tbu=True)
+    taken, pictures = [], []
+    for i, time in enumerate(moments):
+        with _status(console, f"Picture {i + 1} of {frames}"):
+            frame = animation.take(
+                scene, i, time, view, memory, check, prepare=without_textures if no_textures else None
+            )
+        pixels = frame.rendered.pixels
+        pictures.append(channels(pixels) if linear else _encode_srgb(unpack(pixels, RGB10A2)))
+        _write(output / f"frame_{i:04d}.png", _png(pictures[-1], srgb=not linear))
+        taken.append(frame)
+    step = moments[1] if frames > 1 else 1.0
+    _write(output / "animation.png", animation.moving_picture(pictures, step))
+    values = animation.summary(taken, check)
+    if stats is not None:
+        _write(stats, _json(values))
+
+    table = Table(box=None, pad_edge=False)
+    for column in animation.COLUMNS[: len(taken[0].row)]:
+        table.add_column(column, justify="right")
+    for frame in taken:
+        table.add_row(*frame.row)
+    out = Console(highlight=False, width=max(100, Console().width) if not sys.stdout.isatty() else None)
+    out.print(table)
+    m = values["mean"]
+    out.print(
+        f"mean: {m['build_cycles']:,.0f} cycles to build, {m['build_cycles_per_triangle']:.1f} a triangle; "
+        f"{m['render_cycles']:,.0f} to render, {m['rays_per_cycle']:.4f} rays per cycle"
+    )
+    out.print(f"wrote {frames} pictures and animation.png to {output}", markup=False, soft_wrap=True)
+    wrong = [f for f in taken if f.check is not None and not f.check.same]
+    if wrong:
+        e = wrong[0].check
+        raise RayCoreError(
+            f"{len(wrong)} of {frames} pictures differ from the references; the first, {wrong[0].number}, in "
+            f"{e.exact.pixels} pixels, {e.exact.hits} hits, {len(e.exact.counters)} counters"
+            + (f", and its tree {e.difference}" if e.difference else "")
         )
 
 

@@ -245,20 +245,22 @@ def _opaque(materials):
     return (fields["alpha_mode"] == ALPHA_MODES.index("opaque")) & (fields["transmits"] == 0)
 
 
-def build_geometry(scene, params=None):
+def build_geometry(scene, params=None, in_hardware=False):
     """Normalise a scene, build its tree and its records.
 
-    Args: scene `Scene`; params `kdtree.Params`, or `tbu.Params` for the tree that the tree-building unit makes.
+    Args: scene `Scene`; params `kdtree.Params`, or `tbu.Params` for the tree that the tree-building unit makes;
+        in_hardware: leave the tree to the unit, which builds it in the frame (`build_image` with `room`).
     Returns: `Geometry`. Triangles without area keep their index and a record that never hits.
     Raises: SceneError if it does not fit the hardware.
     """
     if len(scene.materials) > MAX_MATERIALS:
         raise SceneError(f"{scene.name}: {len(scene.materials)} materials, at most {MAX_MATERIALS} fit; merge some")
     began = time.perf_counter()
-    by_unit = isinstance(params, tbu.Params)
+    by_unit = in_hardware or isinstance(params, tbu.Params)
+    build_tree = tbu.no_tree if in_hardware else tbu.build_tree
     unit = tbu.snap(scene) if by_unit else normalise(scene)
     normalised = time.perf_counter()
-    tree = tbu.build_tree(unit, params) if by_unit else kdtree.build(unit.triangles, unit.dropped, params)
+    tree = build_tree(unit, params) if by_unit else kdtree.build(unit.triangles, unit.dropped, params)
     built = time.perf_counter()
     fields, uv, blocks, notes = _textures(scene, unit)
     textured = time.perf_counter()
@@ -391,8 +393,10 @@ class Image:
     """Everything that a frame needs.
 
     memory: uint8 by address, from 0 to the end of the textures; the frame buffer follows it.
-    registers: {name of raycore.regs: value}, what the host writes before CTRL.start.
-    regions: {name: (lo, hi)} byte addresses, hi exclusive, what a frame may touch; only "frame" is written.
+    registers: {name of raycore.regs: value}, what the host writes before CTRL.
+    regions: {name: (lo, hi)} byte addresses, hi exclusive, what a frame may touch; "frame" is written, and nodes, lists
+        and working memory where the tree is built.
+    room: for the tree if the frame builds it, in which case nodes and lists hold nothing yet.
     slack: mean of `edge_slack`.
     """
 
@@ -402,6 +406,7 @@ class Image:
     registers: dict
     regions: dict = field(default_factory=dict)
     slack: float = triaccel.EDGE_SLACK
+    room: tbu.Sizes | None = None
 
     @property
     def sizes(self):
@@ -409,10 +414,26 @@ class Image:
         return {name: hi - lo for name, (lo, hi) in self.regions.items()}
 
 
-def build_image(scene, view=None, params=None):
+def _builder_registers(geometry, regions, room):
+    """What the tree builder is told: values of registers."""
+    box = tbu.references(geometry.unit).box
+    q = {f"TBU_{side}_{axis}": int(box[i][j]) for i, side in enumerate(("LO", "HI")) for j, axis in enumerate("XYZ")}
+    return q | {
+        "NODE_COUNT": room.nodes,
+        "NODE_ROOT": 0,
+        "LIST_COUNT": room.entries,
+        "VERTEX_BASE": regions["vertices"][0],
+        "REF_BASE": regions["working"][0],
+        "REF_COUNT": room.refs,
+        "TBU_REFINE": geometry.tree.params.refine_max,
+    }
+
+
+def build_image(scene, view=None, params=None, room=None):
     """Memory image and registers of one frame.
 
-    Args: scene: `Scene`, or `Geometry` to use a tree again; view: `View`; params: of the tree, as in `build_geometry`.
+    Args: scene: `Scene`, or `Geometry` to use a tree again; view: `View`; params: of the tree, as in `build_geometry`;
+        room: `tbu.Sizes` if the frame is to build the tree of a snapped geometry.
     Returns: `Image`.
     Raises: SceneError, OptionError if scene or view do not fit the hardware.
     """
@@ -427,8 +448,8 @@ def build_image(scene, view=None, params=None):
         triaccel.records(unit.triangles, unit.dropped, slack), scene.face_material, geometry.opaque
     )
     parts = {
-        "nodes": tree.nodes.astype("<u8"),
-        "lists": tree.lists.astype("<u4"),
+        "nodes": tree.nodes.astype("<u8") if room is None else np.zeros(room.nodes, "<u8"),
+        "lists": tree.lists.astype("<u4") if room is None else np.zeros(room.entries, "<u4"),
         "triaccel": accel.astype("<u8"),
         "info": geometry.info.astype("<u8"),
         "materials": geometry.materials.astype("<u8"),
@@ -436,6 +457,9 @@ def build_image(scene, view=None, params=None):
         "uv": geometry.uv.astype("<u8"),
         "textures": geometry.textures.astype("<u8"),
     }
+    if room is not None:
+        parts["vertices"] = tbu.vertex_records(unit, geometry.opaque).astype("<u8")
+        parts["working"] = np.zeros(room.bytes["working"], np.uint8)
     stride = -(-4 * view.width // 32) * 32
     regions, at = {}, FIRST_ADDRESS
     for name, size in (*((n, p.nbytes) for n, p in parts.items()), ("frame", stride * view.height)):
@@ -478,6 +502,8 @@ def build_image(scene, view=None, params=None):
         "TEX_BASE": regions["textures"][0],
         "TEX_LINES": len(geometry.textures),
     }
+    if room is not None:
+        registers |= _builder_registers(geometry, regions, room)
     camera = rgen.camera_registers(*arguments)
     vectors = {
         "BACKGROUND_": dict(zip("RGB", scene.background)),
@@ -487,7 +513,7 @@ def build_image(scene, view=None, params=None):
     }
     for name, parts in vectors.items():
         registers |= {name + c: int(fp24.to_bits(fp24.round_to_fp24(np.float64(v)))) for c, v in parts.items()}
-    return Image(geometry, view, memory, registers, regions, float(slack.mean()))
+    return Image(geometry, view, memory, registers, regions, float(slack.mean()), room)
 
 
 # ---- reading an image back -----------------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ import argparse
 import os
 import subprocess
 import sys
+import threading
 import time
 import zlib
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -24,7 +25,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from raycore import check, scene, sim
+from raycore import check, dynamic, scene, sim, tbu
 from raycore.errors import RayCoreError
 from raycore.image import View, build_geometry, build_image
 from raycore.model.pixbuf import RGB10A2
@@ -44,6 +45,7 @@ class FrameCase:
     scene: str
     view: View
     memory: sim.Memory
+    build: bool = False  # the RTL builds the tree first
 
     @property
     def name(self):
@@ -57,6 +59,7 @@ class FrameCase:
         parts += ["trilinear"] if v.trilinear else []
         parts += [f"{len(v.lights)}lights"] if v.lights is not None else []
         parts += ["rgb10"] if v.fb_format == RGB10A2 else []
+        parts += ["built"] if self.build else []
         return "frame/" + "-".join(parts)
 
 
@@ -66,11 +69,12 @@ class FaultCase:
 
     seed: int
     scene: str = "tiny"
+    build: bool = False  # the RTL builds the tree first
 
     @property
     def name(self):
         """What `--only` takes."""
-        return f"fault/{self.scene}-{self.seed}"
+        return f"fault/{self.scene}-{self.seed}" + ("-built" if self.build else "")
 
 
 @dataclass
@@ -113,6 +117,7 @@ def frame_cases(level, seed):
     out += cases("tiny", View(37, 19), replace(memory, latency=17, backpressure=0.4, seed=int(rng.integers(1000))))
     out += cases("nasty", View(64, 48))
     out += cases("tiny_glass", View(48, 32, max_depth=5), memory, replace(memory, latency=400))
+    out += _built_cases(level, np.random.default_rng([seed, 1]))
     if level == "quick":
         return out
     for depth in (0, 1, DEEPEST):
@@ -159,11 +164,29 @@ def frame_cases(level, seed):
     return out
 
 
+def _built_cases(level, rng):
+    """Frames whose tree the RTL builds."""
+    names = ("tiny", "nasty") if level == "quick" else ("tiny", "tiny_glass", "nasty", "glass_room", "gloss", "chess", "pendulum")
+    rounds = {"quick": 1, "normal": 2, "full": 10}[level]
+    out = []
+    for name in names:
+        view = View(48, 32, max_depth=4) if level != "full" else View(160, 96, max_depth=6)
+        for i in range(rounds):
+            memory = sim.Memory(
+                latency=int(rng.integers(1, 401)) if i else 60,
+                backpressure=float(rng.choice([0.1, 0.4])) if i else 0.0,
+                seed=int(rng.integers(1000)),
+            )
+            out.append(FrameCase(name, view, memory, True))
+    return out
+
+
 def fault_cases(level, seed):
     """Broken frames of a level."""
     count = {"quick": 20, "normal": 200, "full": 2000}[level]
     scenes = ("tiny", "tiny_glass", "tiny_glass", "nasty")
-    return [FaultCase(seed + i, scenes[i % len(scenes)]) for i in range(count)]
+    plain = [FaultCase(seed + i, scenes[i % len(scenes)]) for i in range(count)]
+    return plain + [FaultCase(seed + i, ("tiny_glass", "nasty")[i % 2], True) for i in range(count // 4)]
 
 
 # ---- running it ------------------------------------------------------------------------------------------------------------
@@ -173,7 +196,13 @@ class Images:
     """Geometry, images and reference frames, each made once. Not for several threads at a time."""
 
     def __init__(self):
-        self._geometry, self._image, self._frame, self._clean = {}, {}, {}, {}
+        self._geometry, self._image, self._frame, self._clean, self._unbuilt = {}, {}, {}, {}, {}
+
+    def unbuilt(self, name):
+        """The geometry of a scene whose tree the RTL is to build."""
+        if name not in self._unbuilt:
+            self._unbuilt[name] = build_geometry(scene.load_scene(name), in_hardware=True)
+        return self._unbuilt[name]
 
     def image(self, name, view):
         """The memory image of a scene."""
@@ -193,12 +222,23 @@ class Images:
             self._frame[key] = render_fp24(self.image(name, view))
         return self._frame[key]
 
-    def clean(self, name):
-        """Counters of the frame that faults are put into, without a fault."""
-        if name not in self._clean:
-            image = self.image(name, FAULT_VIEW)
-            self._clean[name] = sim.run_frame(image.memory, image.registers, progress=False).stats
-        return self._clean[name]
+    def to_spoil(self, case):
+        """The image of a `FaultCase`, and counters of its frame without a fault."""
+        key = (case.scene, case.build)
+        if key not in self._clean:
+            if case.build:
+                geometry = self.unbuilt(case.scene)
+                image = build_image(geometry, FAULT_VIEW, room=tbu.sizes(len(geometry.info)))
+            else:
+                image = self.image(case.scene, FAULT_VIEW)
+            stats = sim.run_frame(image.memory, image.registers, control=_control(image), progress=False).stats
+            self._clean[key] = image, stats
+        return self._clean[key]
+
+
+def _control(image):
+    """What is written to CTRL for an image."""
+    return sim.RENDER if image.room is None else sim.BUILD_TREE | sim.RENDER
 
 
 def run_frame(case, image, reference):
@@ -212,8 +252,27 @@ def run_frame(case, image, reference):
     return Outcome(case.name, exact.same, what, cycles, exact.rays, time.perf_counter() - began, details)
 
 
+_REFERENCE = threading.Lock()  # the reference is compiled code that runs once at a time
+
+
+def run_built(case, geometry):
+    """Run a `FrameCase` whose tree the RTL builds; the tree is compared too. Returns: `Outcome`."""
+    began = time.perf_counter()
+    frame = dynamic.render_frame(geometry, case.view, case.memory, hits=True, keep_memory=True, progress=False)
+    with _REFERENCE:
+        found = dynamic.check_frame(frame)
+    exact = found.exact
+    what = "same, tree too" if found.same else f"{exact.pixels} pixels, {exact.hits} hits, {len(exact.counters)} counters differ"
+    details = exact.examples + [f"{c}: RTL {a}, reference {b}" for c, (a, b) in exact.counters.items()]
+    details += [f"tree: {found.difference}"] if found.difference else []
+    cycles = frame.result.stats["counters"]["CYCLES"]
+    return Outcome(case.name, found.same, what, cycles, exact.rays, time.perf_counter() - began, details)
+
+
 def _some_region(image, rng):
     """A region that a frame of this image reads."""
+    if image.room is not None and rng.random() < 0.7:
+        return "vertices"  # nodes and lists are written before they are read
     names = [n for n in FLIPPED if image.regions.get(n, (0, 0))[1] > image.regions.get(n, (0, 0))[0]]
     often = np.array([FLIPPED[n] for n in names], float)
     return names[rng.choice(len(names), p=often / often.sum())]
@@ -225,7 +284,7 @@ def spoil(case, image, clean):
     Args: case `FaultCase`; image `image.Image`; clean: statistics of a run without a fault.
     Returns: (memory, faults for `sim.run_frame`, memory model, expected error codes or None, what was done).
     """
-    rng = np.random.default_rng([case.seed, zlib.crc32(case.scene.encode())])
+    rng = np.random.default_rng([case.seed, zlib.crc32(case.scene.encode()), int(case.build)][: 3 if case.build else 2])
     memory = image.memory.copy()
     model = sim.Memory(
         latency=int(rng.choice([1, 60, 200])),
@@ -260,7 +319,13 @@ def run_fault(case, image, clean):
     memory, faults, model, expected, done = spoil(case, image, clean)
     try:
         result = sim.run_frame(
-            memory, image.registers, memory=model, faults=faults, progress=False, max_cycles=FAULT_CYCLES
+            memory,
+            image.registers,
+            memory=model,
+            faults=faults,
+            control=_control(image),
+            progress=False,
+            max_cycles=FAULT_CYCLES,
         )
         what, code, cycles = "done", 0, result.stats["counters"]["CYCLES"]
     except sim.FrameError as error:
@@ -301,8 +366,10 @@ def run_all(level, seed, only="", jobs=2, console=None):
     units = [] if level == "quick" else [f for f in UNIT_TESTS if only in f"units/{f}"]
     console.print(f"seed {seed}: {len(frames)} frames, {len(faults)} broken frames, {len(units)} units")
     images, outcomes = Images(), {}
-    for width in sorted({c.memory.width for c in frames} | ({64} if faults else set())):
+    for width in sorted({c.memory.width for c in frames if not c.build} | ({64} if faults else set())):
         sim.build(mem_width=width)
+    if any(c.build for c in (*frames, *faults)):
+        sim.build(tbu=True)
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -334,13 +401,18 @@ def run_all(level, seed, only="", jobs=2, console=None):
             with_reference = []
             task = progress.add_task("references", total=len(frames))
             for case in frames:
+                if case.build:
+                    with_reference.append((run_built, case, images.unbuilt(case.scene)))
+                    progress.advance(task)
+                    continue
                 image = images.image(case.scene, case.view)
                 with_reference.append((run_frame, case, image, images.reference(case.scene, case.view)))
                 progress.advance(task)
             collect("frames", with_reference)
         if faults:
             collect(
-                "faults", [(run_fault, c, images.image(c.scene, FAULT_VIEW), images.clean(c.scene)) for c in faults]
+                "faults",
+                [(run_fault, c, *images.to_spoil(c)) for c in faults],
             )
         for folder in units:
             collect(folder, [(run_units, level, folder)])

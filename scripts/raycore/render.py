@@ -18,6 +18,8 @@ PIPES = 4  # T&I pipelines of an RTU: slots a cycle
 MODES = ("box", "trav1", "trav2", "isect", "miss_nt", "miss_list")  # what a slot with a ray was spent on
 KINDS = ("primary", "shadow", "reflect", "transmit")  # of rays that are traced
 LINE_BYTES, ROW_BYTES = 64, 32
+BUILDER_COUNTERS = ("cycles", "nodes", "entries", "jumps", "jobs", "donations", "forced", "lines", "rows", "waits")
+BUILDER_BYTES = ("vertices", "working", "nodes_built", "lists_built", "working_written")  # regions as the harness names them
 
 
 @dataclass
@@ -127,6 +129,21 @@ def _share(part, whole):
     return part / whole if whole else 0.0
 
 
+def build_statistics(counters, triangles):
+    """What a frame's counters say of the tree that it built: `tbu` of STATS.json, as docs/cli.md explains it."""
+    own = {name: counters[f"TBU_{name.upper()}"] for name in BUILDER_COUNTERS}
+    moved = LINE_BYTES * own["lines"] + ROW_BYTES * own["rows"]
+    return {
+        "triangles": triangles,
+        "cycles": own["cycles"],
+        "cycles_per_triangle": own["cycles"] / triangles,
+        "bytes": moved,
+        "bytes_per_triangle": moved / triangles,
+        "root": counters["TBU_ROOT"],
+        "counters": own,
+    }
+
+
 def stats(rendered, **more):
     """STATS.json of a picture, as docs/cli.md explains it; more: further entries of `config`."""
     image = rendered.image
@@ -144,6 +161,9 @@ def stats(rendered, **more):
     traced, used = sum(rays[kind] for kind in KINDS), sum(slots.values())
     rays["total"] = traced
     out |= {"cycles": cycles, "rays": rays, "rays_by_depth": {k: list(by_depth.get(k, ())) for k in KINDS}}
+    if image.room is not None:
+        out["tbu"] = build_statistics(c, len(image.geometry.info))
+        out["render_cycles"] = cycles = cycles - out["tbu"]["cycles"]
     out["rays_per_cycle_per_rtu"] = _share(traced, cycles) if cycles else None
     out["slots_per_ray"] = _share(used, traced) if slots else None
     out["slots"] = slots | ({"bubble": c["SLOTS_BUBBLE"]} if c else {})
@@ -166,7 +186,7 @@ def stats(rendered, **more):
         out["bytes_per_ray"] = {
             "tree": _share(tree, traced),
             "texture": _share(texture, traced),
-            "total": _share(by_kind["total"], traced),
+            "total": _share(by_kind["total"] - sum(by_kind.get(kind, 0) for kind in BUILDER_BYTES), traced),
         }
         out["counters"] = c
         out["simulation"] = rendered.result.stats.get("sim", {})
@@ -192,6 +212,10 @@ def summary(values):
         out.append(("rays by depth", ", ".join(f"{n:,}" for n in levels)))
     if values["cycles"] is not None:
         out.append(("cycles", f"{values['cycles']:,}"))
+        if "tbu" in values:
+            b = values["tbu"]
+            out.append(("  of these to build the tree", f"{b['cycles']:,}, {b['cycles_per_triangle']:.1f} a triangle"))
+            out.append(("bytes to build the tree", f"{b['bytes']:,}, {b['bytes_per_triangle']:.0f} a triangle"))
         out.append(("rays per cycle per RTU", f"{values['rays_per_cycle_per_rtu']:.4f}"))
     if values["slots_per_ray"] is not None:
         out.append(("slots per ray", f"{values['slots_per_ray']:.2f}"))

@@ -28,6 +28,7 @@ HIT_DTYPE = np.dtype([
     ("x", "<u2"), ("y", "<u2"), ("kind", "u1"), ("light", "u1"), ("hit", "u1"), ("depth", "u1"),
     ("tri", "<u4"), ("t", "<u4"), ("beta", "<u4"), ("gamma", "<u4")])
 
+RENDER, BUILD_TREE = 1, 2  # bits of CTRL: render a picture, build the tree (before it)
 RAY_KINDS = ("primary", "shadow", "reflect", "transmit")  # ray_kind_e of rc_pkg.sv
 
 _EXIT_FRAME_ERROR = 2
@@ -71,6 +72,7 @@ class SimResult:
     frame: np.ndarray          # (height, width) uint32, pixels as in memory, see FB_FORMAT
     hits: np.ndarray           # (rays,) HIT_DTYPE in the order in which the rays finished; empty if not asked for
     stats: dict = field(default_factory=dict)  # counters, bytes, axi, rays, sim, memory, error: see docs/simulation.md
+    memory: np.ndarray | None = None  # uint8 by address as the frame left it, without the frame buffer; if asked for
 
 
 def rtl_sources(file_list: Path = REPO / "rtl/rc.f") -> list[Path]:
@@ -83,24 +85,27 @@ def rtl_sources(file_list: Path = REPO / "rtl/rc.f") -> list[Path]:
     return paths
 
 
-def build(*, mem_width: int = 64, waves: bool = False, sources: Sequence[Path] | None = None) -> Path:
+def build(*, mem_width: int = 64, waves: bool = False, tbu: bool = False, cap: int = 1280,
+          sources: Sequence[Path] | None = None) -> Path:
     """The harness's executable, made if a source has changed (about a minute, seconds from ccache).
 
     Args: mem_width, bits of the memory bus; waves: with FST tracing, which runs several times slower;
-        sources: RTL to use instead of rtl/rc.f.
+        tbu: with the tree builder, whose sorting pipelines hold `cap` references; sources: RTL to use instead of rtl/rc.f.
     Raises: ToolchainError if the build fails.
     """
     sim = REPO / "sim"
     files = [*sorted((REPO / "lint").glob("*.vlt")), sim / "watch.vlt", *(sources or rtl_sources()), sim / "rc_sim_top.sv"]
+    parameters = {"DataW": mem_width} | ({"Tbu": 1, "Cap": cap} if tbu else {})
     return build_verilated(
         "rc_sim_top", files, [sim / "rc_sim.cpp", sim / "axi_memory.cpp", sim / "options.cpp"], includes=[sim],
-        parameters={"DataW": mem_width}, build_args=["--x-assign", "fast", "--x-initial", "fast"], trace=waves)
+        parameters=parameters, build_args=["--x-assign", "fast", "--x-initial", "fast"], trace=waves)
 
 
 def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memory: Memory = Memory(), hits: bool = False,
               waves: Path | None = None, waves_from: int = 0, waves_cycles: int | None = None,
               faults: Iterable[tuple[str, int]] = (), max_cycles: int | None = None, watchdog: int | None = None,
-              progress: bool | None = None, sources: Sequence[Path] | None = None) -> SimResult:
+              progress: bool | None = None, sources: Sequence[Path] | None = None, control: int = RENDER,
+              tbu: bool | None = None, cap: int = 1280, keep_memory: bool = False) -> SimResult:
     """Run one frame.
 
     Args:
@@ -109,6 +114,8 @@ def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memo
         faults: errors of the memory, such as ("slverr-at", 3): see docs/simulation.md.
         max_cycles, watchdog: give up after so many cycles, or so many in which nothing happens.
         progress: show a progress line (default: if stderr is a terminal); sources: as in build.
+        control: RENDER, BUILD_TREE or both; tbu, cap: as in build (default: with the tree builder if it is to build).
+        keep_memory: return the memory as the frame left it.
     Raises: FrameError if the frame ends with STATUS.error; OptionError for registers that do not exist or paths that
         cannot be written; SimError if the RTL hangs, breaks a rule of AXI or leaves its regions, or an assertion fails;
         ToolchainError if the harness cannot be built.
@@ -118,7 +125,8 @@ def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memo
             raise OptionError(f"no register {name}")
         if not 0 <= int(value) < 1 << 32:
             raise OptionError(f"register {name}: {value} does not fit in 32 bits")
-    exe = build(mem_width=memory.width, waves=waves is not None, sources=sources)
+    tbu = bool(control & BUILD_TREE) if tbu is None else tbu
+    exe = build(mem_width=memory.width, waves=waves is not None, tbu=tbu, cap=cap, sources=sources)
     show = sys.stderr.isatty() if progress is None else progress
     with tempfile.TemporaryDirectory(prefix="raycore-") as folder:
         work = Path(folder)
@@ -129,7 +137,10 @@ def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memo
         options = {
             "image": image, "regs": work / "regs.txt", "fb": work / "fb.bin", "stats": work / "stats.json",
             "mem-latency": memory.latency, "mem-outstanding": memory.outstanding, "backpressure": memory.backpressure,
-            "seed": memory.seed, "max-cycles": max_cycles, "watchdog": watchdog}
+            "seed": memory.seed, "max-cycles": max_cycles, "watchdog": watchdog,
+            "control": control}
+        if keep_memory:
+            options["memory-after"] = work / "after.bin"
         if hits:
             options["hits"] = work / "hits.bin"
         if waves is not None:
@@ -139,7 +150,9 @@ def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memo
         stats = json.loads((work / "stats.json").read_text() or "{}") if (work / "stats.json").is_file() else {}
         if code != 0:
             _fail(code, log, stats)
-        return SimResult(_frame(work / "fb.bin", regs), _hits(work / "hits.bin"), stats)
+        frame = _frame(work / "fb.bin", regs) if control & RENDER else np.empty((0, 0), np.uint32)
+        after = np.fromfile(work / "after.bin", np.uint8) if keep_memory else None
+        return SimResult(frame, _hits(work / "hits.bin"), stats, after)
 
 
 def _frame(path: Path, regs: Mapping[str, int]) -> np.ndarray:

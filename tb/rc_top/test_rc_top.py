@@ -9,7 +9,7 @@ import pytest
 from standin import scene, sources
 
 from raycore.errors import OptionError, SimError
-from raycore.sim import FrameError, Memory, run_frame
+from raycore.sim import BUILD_TREE, RENDER, FrameError, Memory, run_frame
 
 ERR_NODE, ERR_SLVERR, ERR_DECERR, ERR_WINDOW, ERR_CONFIG = 1, 6, 7, 8, 10
 RTL = sources()
@@ -79,6 +79,13 @@ def test_bad_setup(seed, register, value, blamed):
     assert info.value.stats["axi"] == {"read_bursts": 0, "read_beats": 0, "write_bursts": 0, "write_beats": 0}
 
 
+def test_no_builder(seed):
+    """The core without a tree builder refuses to build, and names CTRL."""
+    with pytest.raises(FrameError) as info:
+        run(scene(seed), control=BUILD_TREE | RENDER, tbu=False)
+    assert (info.value.code, info.value.addr) == (ERR_CONFIG, 0x08)
+
+
 @pytest.mark.parametrize("register, value", [
     ("NODE_BASE", 0xFFFFFE00), ("LIST_BASE", 0xFFFFFE40), ("ACCEL_BASE", 0xFFFFFF40), ("UV_BASE", 0xFFFFFF80),
     ("TEX_BASE", 0xFFFFFF00)])
@@ -142,7 +149,7 @@ def test_watchdog(seed):
         run(made, watchdog=500)
     log = Path(str(info.value).rsplit("details in ", 1)[1].rstrip(")")).read_text()
     assert "u_core.blk: WAITS, valid 1 but ready 0" in log
-    assert "u_core.u_ctrl.state_q = 3" in log                    # TRACE
+    assert "u_core.u_ctrl.state_q = 4" in log                    # TRACE
     with pytest.raises(SimError, match=r"not done after 300 cycles"):
         run(made, max_cycles=300)
 

@@ -265,6 +265,8 @@ module rc_regs (
         logic BOX_HI_X;
         logic BOX_HI_Y;
         logic BOX_HI_Z;
+        logic VERTEX_BASE;
+        logic REF_BASE;
         logic CAM_ORG_X;
         logic CAM_ORG_Y;
         logic CAM_ORG_Z;
@@ -281,6 +283,14 @@ module rc_regs (
         logic UV_COUNT;
         logic TEX_BASE;
         logic TEX_LINES;
+        logic REF_COUNT;
+        logic TBU_REFINE;
+        logic TBU_LO_X;
+        logic TBU_LO_Y;
+        logic TBU_LO_Z;
+        logic TBU_HI_X;
+        logic TBU_HI_Y;
+        logic TBU_HI_Z;
         logic CYCLES;
         logic RAYS_PRIMARY;
         logic RAYS_SHADOW;
@@ -312,6 +322,17 @@ module rc_regs (
         logic TEX_MISSES;
         logic LINES_UV;
         logic LINES_TEX;
+        logic TBU_ROOT;
+        logic TBU_CYCLES;
+        logic TBU_NODES;
+        logic TBU_ENTRIES;
+        logic TBU_JUMPS;
+        logic TBU_JOBS;
+        logic TBU_DONATIONS;
+        logic TBU_FORCED;
+        logic TBU_LINES;
+        logic TBU_ROWS;
+        logic TBU_WAITS;
     } decoded_reg_strb_t;
     decoded_reg_strb_t decoded_reg_strb;
     logic decoded_err;
@@ -402,6 +423,10 @@ module rc_regs (
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h90);
         decoded_reg_strb.BOX_HI_Z = cpuif_req_masked & (cpuif_addr == 12'h94);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h94);
+        decoded_reg_strb.VERTEX_BASE = cpuif_req_masked & (cpuif_addr == 12'h98);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h98);
+        decoded_reg_strb.REF_BASE = cpuif_req_masked & (cpuif_addr == 12'h9c);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h9c);
         decoded_reg_strb.CAM_ORG_X = cpuif_req_masked & (cpuif_addr == 12'ha0);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'ha0);
         decoded_reg_strb.CAM_ORG_Y = cpuif_req_masked & (cpuif_addr == 12'ha4);
@@ -434,6 +459,22 @@ module rc_regs (
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'hd8);
         decoded_reg_strb.TEX_LINES = cpuif_req_masked & (cpuif_addr == 12'hdc);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'hdc);
+        decoded_reg_strb.REF_COUNT = cpuif_req_masked & (cpuif_addr == 12'he0);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'he0);
+        decoded_reg_strb.TBU_REFINE = cpuif_req_masked & (cpuif_addr == 12'he4);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'he4);
+        decoded_reg_strb.TBU_LO_X = cpuif_req_masked & (cpuif_addr == 12'he8);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'he8);
+        decoded_reg_strb.TBU_LO_Y = cpuif_req_masked & (cpuif_addr == 12'hec);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'hec);
+        decoded_reg_strb.TBU_LO_Z = cpuif_req_masked & (cpuif_addr == 12'hf0);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'hf0);
+        decoded_reg_strb.TBU_HI_X = cpuif_req_masked & (cpuif_addr == 12'hf4);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'hf4);
+        decoded_reg_strb.TBU_HI_Y = cpuif_req_masked & (cpuif_addr == 12'hf8);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'hf8);
+        decoded_reg_strb.TBU_HI_Z = cpuif_req_masked & (cpuif_addr == 12'hfc);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'hfc);
         decoded_reg_strb.CYCLES = cpuif_req_masked & (cpuif_addr == 12'h100) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h100);
         decoded_reg_strb.RAYS_PRIMARY = cpuif_req_masked & (cpuif_addr == 12'h104) & !cpuif_req_is_wr;
@@ -496,6 +537,28 @@ module rc_regs (
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h174);
         decoded_reg_strb.LINES_TEX = cpuif_req_masked & (cpuif_addr == 12'h178) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h178);
+        decoded_reg_strb.TBU_ROOT = cpuif_req_masked & (cpuif_addr == 12'h180) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h180);
+        decoded_reg_strb.TBU_CYCLES = cpuif_req_masked & (cpuif_addr == 12'h184) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h184);
+        decoded_reg_strb.TBU_NODES = cpuif_req_masked & (cpuif_addr == 12'h188) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h188);
+        decoded_reg_strb.TBU_ENTRIES = cpuif_req_masked & (cpuif_addr == 12'h18c) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h18c);
+        decoded_reg_strb.TBU_JUMPS = cpuif_req_masked & (cpuif_addr == 12'h190) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h190);
+        decoded_reg_strb.TBU_JOBS = cpuif_req_masked & (cpuif_addr == 12'h194) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h194);
+        decoded_reg_strb.TBU_DONATIONS = cpuif_req_masked & (cpuif_addr == 12'h198) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h198);
+        decoded_reg_strb.TBU_FORCED = cpuif_req_masked & (cpuif_addr == 12'h19c) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h19c);
+        decoded_reg_strb.TBU_LINES = cpuif_req_masked & (cpuif_addr == 12'h1a0) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h1a0);
+        decoded_reg_strb.TBU_ROWS = cpuif_req_masked & (cpuif_addr == 12'h1a4) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h1a4);
+        decoded_reg_strb.TBU_WAITS = cpuif_req_masked & (cpuif_addr == 12'h1a8) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h1a8);
         decoded_err = ~is_valid_addr & decoded_req;
     end
 
@@ -514,7 +577,11 @@ module rc_regs (
             struct {
                 logic next;
                 logic load_next;
-            } start;
+            } render;
+            struct {
+                logic next;
+                logic load_next;
+            } build;
         } CTRL;
         struct {
             struct {
@@ -726,6 +793,18 @@ module rc_regs (
         } BOX_HI_Z;
         struct {
             struct {
+                logic [25:0] next;
+                logic load_next;
+            } line;
+        } VERTEX_BASE;
+        struct {
+            struct {
+                logic [25:0] next;
+                logic load_next;
+            } line;
+        } REF_BASE;
+        struct {
+            struct {
                 logic [23:0] next;
                 logic load_next;
             } value;
@@ -820,6 +899,54 @@ module rc_regs (
                 logic load_next;
             } value;
         } TEX_LINES;
+        struct {
+            struct {
+                logic [23:0] next;
+                logic load_next;
+            } value;
+        } REF_COUNT;
+        struct {
+            struct {
+                logic [19:0] next;
+                logic load_next;
+            } value;
+        } TBU_REFINE;
+        struct {
+            struct {
+                logic [17:0] next;
+                logic load_next;
+            } value;
+        } TBU_LO_X;
+        struct {
+            struct {
+                logic [17:0] next;
+                logic load_next;
+            } value;
+        } TBU_LO_Y;
+        struct {
+            struct {
+                logic [17:0] next;
+                logic load_next;
+            } value;
+        } TBU_LO_Z;
+        struct {
+            struct {
+                logic [17:0] next;
+                logic load_next;
+            } value;
+        } TBU_HI_X;
+        struct {
+            struct {
+                logic [17:0] next;
+                logic load_next;
+            } value;
+        } TBU_HI_Y;
+        struct {
+            struct {
+                logic [17:0] next;
+                logic load_next;
+            } value;
+        } TBU_HI_Z;
     } field_combo_t;
     field_combo_t field_combo;
 
@@ -827,7 +954,10 @@ module rc_regs (
         struct {
             struct {
                 logic value;
-            } start;
+            } render;
+            struct {
+                logic value;
+            } build;
         } CTRL;
         struct {
             struct {
@@ -1003,6 +1133,16 @@ module rc_regs (
         } BOX_HI_Z;
         struct {
             struct {
+                logic [25:0] value;
+            } line;
+        } VERTEX_BASE;
+        struct {
+            struct {
+                logic [25:0] value;
+            } line;
+        } REF_BASE;
+        struct {
+            struct {
                 logic [23:0] value;
             } value;
         } CAM_ORG_X;
@@ -1081,35 +1221,101 @@ module rc_regs (
                 logic [25:0] value;
             } value;
         } TEX_LINES;
+        struct {
+            struct {
+                logic [23:0] value;
+            } value;
+        } REF_COUNT;
+        struct {
+            struct {
+                logic [19:0] value;
+            } value;
+        } TBU_REFINE;
+        struct {
+            struct {
+                logic [17:0] value;
+            } value;
+        } TBU_LO_X;
+        struct {
+            struct {
+                logic [17:0] value;
+            } value;
+        } TBU_LO_Y;
+        struct {
+            struct {
+                logic [17:0] value;
+            } value;
+        } TBU_LO_Z;
+        struct {
+            struct {
+                logic [17:0] value;
+            } value;
+        } TBU_HI_X;
+        struct {
+            struct {
+                logic [17:0] value;
+            } value;
+        } TBU_HI_Y;
+        struct {
+            struct {
+                logic [17:0] value;
+            } value;
+        } TBU_HI_Z;
     } field_storage_t;
     field_storage_t field_storage;
 
-    // Field: rc_regs.CTRL.start
+    // Field: rc_regs.CTRL.render
     always_comb begin
         automatic logic [0:0] next_c;
         automatic logic load_next_c;
-        next_c = field_storage.CTRL.start.value;
+        next_c = field_storage.CTRL.render.value;
         load_next_c = '0;
         if(decoded_reg_strb.CTRL && decoded_req_is_wr) begin // SW write
-            next_c = (field_storage.CTRL.start.value & ~decoded_wr_biten[0:0]) | (decoded_wr_data[0:0] & decoded_wr_biten[0:0]);
+            next_c = (field_storage.CTRL.render.value & ~decoded_wr_biten[0:0]) | (decoded_wr_data[0:0] & decoded_wr_biten[0:0]);
             load_next_c = '1;
         end else begin // singlepulse clears back to 0
             next_c = '0;
             load_next_c = '1;
         end
-        field_combo.CTRL.start.next = next_c;
-        field_combo.CTRL.start.load_next = load_next_c;
+        field_combo.CTRL.render.next = next_c;
+        field_combo.CTRL.render.load_next = load_next_c;
     end
     always_ff @(posedge clk) begin
         if(~rst_n) begin
-            field_storage.CTRL.start.value <= 1'h0;
+            field_storage.CTRL.render.value <= 1'h0;
         end else begin
-            if(field_combo.CTRL.start.load_next) begin
-                field_storage.CTRL.start.value <= field_combo.CTRL.start.next;
+            if(field_combo.CTRL.render.load_next) begin
+                field_storage.CTRL.render.value <= field_combo.CTRL.render.next;
             end
         end
     end
-    assign hwif_out.CTRL.start.value = field_storage.CTRL.start.value;
+    assign hwif_out.CTRL.render.value = field_storage.CTRL.render.value;
+    // Field: rc_regs.CTRL.build
+    always_comb begin
+        automatic logic [0:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.CTRL.build.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.CTRL && decoded_req_is_wr) begin // SW write
+            next_c = (field_storage.CTRL.build.value & ~decoded_wr_biten[1:1]) | (decoded_wr_data[1:1] & decoded_wr_biten[1:1]);
+            load_next_c = '1;
+        end else begin // singlepulse clears back to 0
+            next_c = '0;
+            load_next_c = '1;
+        end
+        field_combo.CTRL.build.next = next_c;
+        field_combo.CTRL.build.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.CTRL.build.value <= 1'h0;
+        end else begin
+            if(field_combo.CTRL.build.load_next) begin
+                field_storage.CTRL.build.value <= field_combo.CTRL.build.next;
+            end
+        end
+    end
+    assign hwif_out.CTRL.build.value = field_storage.CTRL.build.value;
     // Field: rc_regs.IRQ_ENABLE.done
     always_comb begin
         automatic logic [0:0] next_c;
@@ -1944,6 +2150,52 @@ module rc_regs (
         end
     end
     assign hwif_out.BOX_HI_Z.value.value = field_storage.BOX_HI_Z.value.value;
+    // Field: rc_regs.VERTEX_BASE.line
+    always_comb begin
+        automatic logic [25:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.VERTEX_BASE.line.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.VERTEX_BASE && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.VERTEX_BASE.line.value & ~decoded_wr_biten[31:6]) | (decoded_wr_data[31:6] & decoded_wr_biten[31:6]);
+            load_next_c = '1;
+        end
+        field_combo.VERTEX_BASE.line.next = next_c;
+        field_combo.VERTEX_BASE.line.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.VERTEX_BASE.line.value <= 26'h0;
+        end else begin
+            if(field_combo.VERTEX_BASE.line.load_next) begin
+                field_storage.VERTEX_BASE.line.value <= field_combo.VERTEX_BASE.line.next;
+            end
+        end
+    end
+    assign hwif_out.VERTEX_BASE.line.value = field_storage.VERTEX_BASE.line.value;
+    // Field: rc_regs.REF_BASE.line
+    always_comb begin
+        automatic logic [25:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.REF_BASE.line.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.REF_BASE && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.REF_BASE.line.value & ~decoded_wr_biten[31:6]) | (decoded_wr_data[31:6] & decoded_wr_biten[31:6]);
+            load_next_c = '1;
+        end
+        field_combo.REF_BASE.line.next = next_c;
+        field_combo.REF_BASE.line.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.REF_BASE.line.value <= 26'h0;
+        end else begin
+            if(field_combo.REF_BASE.line.load_next) begin
+                field_storage.REF_BASE.line.value <= field_combo.REF_BASE.line.next;
+            end
+        end
+    end
+    assign hwif_out.REF_BASE.line.value = field_storage.REF_BASE.line.value;
     // Field: rc_regs.CAM_ORG_X.value
     always_comb begin
         automatic logic [23:0] next_c;
@@ -2312,6 +2564,190 @@ module rc_regs (
         end
     end
     assign hwif_out.TEX_LINES.value.value = field_storage.TEX_LINES.value.value;
+    // Field: rc_regs.REF_COUNT.value
+    always_comb begin
+        automatic logic [23:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.REF_COUNT.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.REF_COUNT && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.REF_COUNT.value.value & ~decoded_wr_biten[23:0]) | (decoded_wr_data[23:0] & decoded_wr_biten[23:0]);
+            load_next_c = '1;
+        end
+        field_combo.REF_COUNT.value.next = next_c;
+        field_combo.REF_COUNT.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.REF_COUNT.value.value <= 24'h0;
+        end else begin
+            if(field_combo.REF_COUNT.value.load_next) begin
+                field_storage.REF_COUNT.value.value <= field_combo.REF_COUNT.value.next;
+            end
+        end
+    end
+    assign hwif_out.REF_COUNT.value.value = field_storage.REF_COUNT.value.value;
+    // Field: rc_regs.TBU_REFINE.value
+    always_comb begin
+        automatic logic [19:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TBU_REFINE.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TBU_REFINE && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TBU_REFINE.value.value & ~decoded_wr_biten[19:0]) | (decoded_wr_data[19:0] & decoded_wr_biten[19:0]);
+            load_next_c = '1;
+        end
+        field_combo.TBU_REFINE.value.next = next_c;
+        field_combo.TBU_REFINE.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TBU_REFINE.value.value <= 20'h2000;
+        end else begin
+            if(field_combo.TBU_REFINE.value.load_next) begin
+                field_storage.TBU_REFINE.value.value <= field_combo.TBU_REFINE.value.next;
+            end
+        end
+    end
+    assign hwif_out.TBU_REFINE.value.value = field_storage.TBU_REFINE.value.value;
+    // Field: rc_regs.TBU_LO_X.value
+    always_comb begin
+        automatic logic [17:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TBU_LO_X.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TBU_LO_X && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TBU_LO_X.value.value & ~decoded_wr_biten[17:0]) | (decoded_wr_data[17:0] & decoded_wr_biten[17:0]);
+            load_next_c = '1;
+        end
+        field_combo.TBU_LO_X.value.next = next_c;
+        field_combo.TBU_LO_X.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TBU_LO_X.value.value <= 18'h0;
+        end else begin
+            if(field_combo.TBU_LO_X.value.load_next) begin
+                field_storage.TBU_LO_X.value.value <= field_combo.TBU_LO_X.value.next;
+            end
+        end
+    end
+    assign hwif_out.TBU_LO_X.value.value = field_storage.TBU_LO_X.value.value;
+    // Field: rc_regs.TBU_LO_Y.value
+    always_comb begin
+        automatic logic [17:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TBU_LO_Y.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TBU_LO_Y && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TBU_LO_Y.value.value & ~decoded_wr_biten[17:0]) | (decoded_wr_data[17:0] & decoded_wr_biten[17:0]);
+            load_next_c = '1;
+        end
+        field_combo.TBU_LO_Y.value.next = next_c;
+        field_combo.TBU_LO_Y.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TBU_LO_Y.value.value <= 18'h0;
+        end else begin
+            if(field_combo.TBU_LO_Y.value.load_next) begin
+                field_storage.TBU_LO_Y.value.value <= field_combo.TBU_LO_Y.value.next;
+            end
+        end
+    end
+    assign hwif_out.TBU_LO_Y.value.value = field_storage.TBU_LO_Y.value.value;
+    // Field: rc_regs.TBU_LO_Z.value
+    always_comb begin
+        automatic logic [17:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TBU_LO_Z.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TBU_LO_Z && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TBU_LO_Z.value.value & ~decoded_wr_biten[17:0]) | (decoded_wr_data[17:0] & decoded_wr_biten[17:0]);
+            load_next_c = '1;
+        end
+        field_combo.TBU_LO_Z.value.next = next_c;
+        field_combo.TBU_LO_Z.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TBU_LO_Z.value.value <= 18'h0;
+        end else begin
+            if(field_combo.TBU_LO_Z.value.load_next) begin
+                field_storage.TBU_LO_Z.value.value <= field_combo.TBU_LO_Z.value.next;
+            end
+        end
+    end
+    assign hwif_out.TBU_LO_Z.value.value = field_storage.TBU_LO_Z.value.value;
+    // Field: rc_regs.TBU_HI_X.value
+    always_comb begin
+        automatic logic [17:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TBU_HI_X.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TBU_HI_X && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TBU_HI_X.value.value & ~decoded_wr_biten[17:0]) | (decoded_wr_data[17:0] & decoded_wr_biten[17:0]);
+            load_next_c = '1;
+        end
+        field_combo.TBU_HI_X.value.next = next_c;
+        field_combo.TBU_HI_X.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TBU_HI_X.value.value <= 18'h0;
+        end else begin
+            if(field_combo.TBU_HI_X.value.load_next) begin
+                field_storage.TBU_HI_X.value.value <= field_combo.TBU_HI_X.value.next;
+            end
+        end
+    end
+    assign hwif_out.TBU_HI_X.value.value = field_storage.TBU_HI_X.value.value;
+    // Field: rc_regs.TBU_HI_Y.value
+    always_comb begin
+        automatic logic [17:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TBU_HI_Y.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TBU_HI_Y && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TBU_HI_Y.value.value & ~decoded_wr_biten[17:0]) | (decoded_wr_data[17:0] & decoded_wr_biten[17:0]);
+            load_next_c = '1;
+        end
+        field_combo.TBU_HI_Y.value.next = next_c;
+        field_combo.TBU_HI_Y.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TBU_HI_Y.value.value <= 18'h0;
+        end else begin
+            if(field_combo.TBU_HI_Y.value.load_next) begin
+                field_storage.TBU_HI_Y.value.value <= field_combo.TBU_HI_Y.value.next;
+            end
+        end
+    end
+    assign hwif_out.TBU_HI_Y.value.value = field_storage.TBU_HI_Y.value.value;
+    // Field: rc_regs.TBU_HI_Z.value
+    always_comb begin
+        automatic logic [17:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TBU_HI_Z.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TBU_HI_Z && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TBU_HI_Z.value.value & ~decoded_wr_biten[17:0]) | (decoded_wr_data[17:0] & decoded_wr_biten[17:0]);
+            load_next_c = '1;
+        end
+        field_combo.TBU_HI_Z.value.next = next_c;
+        field_combo.TBU_HI_Z.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TBU_HI_Z.value.value <= 18'h0;
+        end else begin
+            if(field_combo.TBU_HI_Z.value.load_next) begin
+                field_storage.TBU_HI_Z.value.value <= field_combo.TBU_HI_Z.value.next;
+            end
+        end
+    end
+    assign hwif_out.TBU_HI_Z.value.value = field_storage.TBU_HI_Z.value.value;
 
     //--------------------------------------------------------------------------
     // Write response
@@ -2337,7 +2773,7 @@ module rc_regs (
             readback_data_var[31:0] = 32'h52435254;
         end
         if(rd_mux_addr == 12'h4) begin
-            readback_data_var[7:0] = 8'h2;
+            readback_data_var[7:0] = 8'h3;
             readback_data_var[15:8] = 8'h0;
         end
         if(rd_mux_addr == 12'hc) begin
@@ -2451,6 +2887,12 @@ module rc_regs (
         if(rd_mux_addr == 12'h94) begin
             readback_data_var[23:0] = field_storage.BOX_HI_Z.value.value;
         end
+        if(rd_mux_addr == 12'h98) begin
+            readback_data_var[31:6] = field_storage.VERTEX_BASE.line.value;
+        end
+        if(rd_mux_addr == 12'h9c) begin
+            readback_data_var[31:6] = field_storage.REF_BASE.line.value;
+        end
         if(rd_mux_addr == 12'ha0) begin
             readback_data_var[23:0] = field_storage.CAM_ORG_X.value.value;
         end
@@ -2498,6 +2940,30 @@ module rc_regs (
         end
         if(rd_mux_addr == 12'hdc) begin
             readback_data_var[25:0] = field_storage.TEX_LINES.value.value;
+        end
+        if(rd_mux_addr == 12'he0) begin
+            readback_data_var[23:0] = field_storage.REF_COUNT.value.value;
+        end
+        if(rd_mux_addr == 12'he4) begin
+            readback_data_var[19:0] = field_storage.TBU_REFINE.value.value;
+        end
+        if(rd_mux_addr == 12'he8) begin
+            readback_data_var[17:0] = field_storage.TBU_LO_X.value.value;
+        end
+        if(rd_mux_addr == 12'hec) begin
+            readback_data_var[17:0] = field_storage.TBU_LO_Y.value.value;
+        end
+        if(rd_mux_addr == 12'hf0) begin
+            readback_data_var[17:0] = field_storage.TBU_LO_Z.value.value;
+        end
+        if(rd_mux_addr == 12'hf4) begin
+            readback_data_var[17:0] = field_storage.TBU_HI_X.value.value;
+        end
+        if(rd_mux_addr == 12'hf8) begin
+            readback_data_var[17:0] = field_storage.TBU_HI_Y.value.value;
+        end
+        if(rd_mux_addr == 12'hfc) begin
+            readback_data_var[17:0] = field_storage.TBU_HI_Z.value.value;
         end
         if(rd_mux_addr == 12'h100) begin
             readback_data_var[31:0] = hwif_in.CYCLES.value.next;
@@ -2591,6 +3057,39 @@ module rc_regs (
         end
         if(rd_mux_addr == 12'h178) begin
             readback_data_var[31:0] = hwif_in.LINES_TEX.value.next;
+        end
+        if(rd_mux_addr == 12'h180) begin
+            readback_data_var[31:0] = hwif_in.TBU_ROOT.value.next;
+        end
+        if(rd_mux_addr == 12'h184) begin
+            readback_data_var[31:0] = hwif_in.TBU_CYCLES.value.next;
+        end
+        if(rd_mux_addr == 12'h188) begin
+            readback_data_var[31:0] = hwif_in.TBU_NODES.value.next;
+        end
+        if(rd_mux_addr == 12'h18c) begin
+            readback_data_var[31:0] = hwif_in.TBU_ENTRIES.value.next;
+        end
+        if(rd_mux_addr == 12'h190) begin
+            readback_data_var[31:0] = hwif_in.TBU_JUMPS.value.next;
+        end
+        if(rd_mux_addr == 12'h194) begin
+            readback_data_var[31:0] = hwif_in.TBU_JOBS.value.next;
+        end
+        if(rd_mux_addr == 12'h198) begin
+            readback_data_var[31:0] = hwif_in.TBU_DONATIONS.value.next;
+        end
+        if(rd_mux_addr == 12'h19c) begin
+            readback_data_var[31:0] = hwif_in.TBU_FORCED.value.next;
+        end
+        if(rd_mux_addr == 12'h1a0) begin
+            readback_data_var[31:0] = hwif_in.TBU_LINES.value.next;
+        end
+        if(rd_mux_addr == 12'h1a4) begin
+            readback_data_var[31:0] = hwif_in.TBU_ROWS.value.next;
+        end
+        if(rd_mux_addr == 12'h1a8) begin
+            readback_data_var[31:0] = hwif_in.TBU_WAITS.value.next;
         end
         readback_data = readback_data_var;
         readback_done = decoded_req & ~decoded_req_is_wr;

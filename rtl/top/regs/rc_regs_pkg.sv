@@ -7,7 +7,7 @@ package rc_regs_pkg;
 
     localparam RC_REGS_DATA_WIDTH = 32;
     localparam RC_REGS_MIN_ADDR_WIDTH = 12;
-    localparam RC_REGS_SIZE = 'h17c;
+    localparam RC_REGS_SIZE = 'h1ac;
 
     typedef struct {
         logic next;
@@ -305,6 +305,94 @@ package rc_regs_pkg;
     } rc_regs__LINES_TEX__in_t;
 
     typedef struct {
+        logic [31:0] next;
+    } rc_regs__TBU_ROOT__value__in_t;
+
+    typedef struct {
+        rc_regs__TBU_ROOT__value__in_t value;
+    } rc_regs__TBU_ROOT__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__TBU_CYCLES__value__in_t;
+
+    typedef struct {
+        rc_regs__TBU_CYCLES__value__in_t value;
+    } rc_regs__TBU_CYCLES__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__TBU_NODES__value__in_t;
+
+    typedef struct {
+        rc_regs__TBU_NODES__value__in_t value;
+    } rc_regs__TBU_NODES__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__TBU_ENTRIES__value__in_t;
+
+    typedef struct {
+        rc_regs__TBU_ENTRIES__value__in_t value;
+    } rc_regs__TBU_ENTRIES__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__TBU_JUMPS__value__in_t;
+
+    typedef struct {
+        rc_regs__TBU_JUMPS__value__in_t value;
+    } rc_regs__TBU_JUMPS__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__TBU_JOBS__value__in_t;
+
+    typedef struct {
+        rc_regs__TBU_JOBS__value__in_t value;
+    } rc_regs__TBU_JOBS__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__TBU_DONATIONS__value__in_t;
+
+    typedef struct {
+        rc_regs__TBU_DONATIONS__value__in_t value;
+    } rc_regs__TBU_DONATIONS__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__TBU_FORCED__value__in_t;
+
+    typedef struct {
+        rc_regs__TBU_FORCED__value__in_t value;
+    } rc_regs__TBU_FORCED__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__TBU_LINES__value__in_t;
+
+    typedef struct {
+        rc_regs__TBU_LINES__value__in_t value;
+    } rc_regs__TBU_LINES__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__TBU_ROWS__value__in_t;
+
+    typedef struct {
+        rc_regs__TBU_ROWS__value__in_t value;
+    } rc_regs__TBU_ROWS__in_t;
+
+    typedef struct {
+        logic [31:0] next;
+    } rc_regs__TBU_WAITS__value__in_t;
+
+    typedef struct {
+        rc_regs__TBU_WAITS__value__in_t value;
+    } rc_regs__TBU_WAITS__in_t;
+
+    typedef struct {
         logic frame_busy;
         rc_regs__STATUS__in_t STATUS;
         rc_regs__IRQ_STATUS__in_t IRQ_STATUS;
@@ -341,14 +429,30 @@ package rc_regs_pkg;
         rc_regs__TEX_MISSES__in_t TEX_MISSES;
         rc_regs__LINES_UV__in_t LINES_UV;
         rc_regs__LINES_TEX__in_t LINES_TEX;
+        rc_regs__TBU_ROOT__in_t TBU_ROOT;
+        rc_regs__TBU_CYCLES__in_t TBU_CYCLES;
+        rc_regs__TBU_NODES__in_t TBU_NODES;
+        rc_regs__TBU_ENTRIES__in_t TBU_ENTRIES;
+        rc_regs__TBU_JUMPS__in_t TBU_JUMPS;
+        rc_regs__TBU_JOBS__in_t TBU_JOBS;
+        rc_regs__TBU_DONATIONS__in_t TBU_DONATIONS;
+        rc_regs__TBU_FORCED__in_t TBU_FORCED;
+        rc_regs__TBU_LINES__in_t TBU_LINES;
+        rc_regs__TBU_ROWS__in_t TBU_ROWS;
+        rc_regs__TBU_WAITS__in_t TBU_WAITS;
     } rc_regs__in_t;
 
     typedef struct {
         logic value;
-    } rc_regs__CTRL__start__out_t;
+    } rc_regs__CTRL__render__out_t;
 
     typedef struct {
-        rc_regs__CTRL__start__out_t start;
+        logic value;
+    } rc_regs__CTRL__build__out_t;
+
+    typedef struct {
+        rc_regs__CTRL__render__out_t render;
+        rc_regs__CTRL__build__out_t build;
     } rc_regs__CTRL__out_t;
 
     typedef struct {
@@ -628,6 +732,22 @@ package rc_regs_pkg;
     } rc_regs__BOX_HI_Z__out_t;
 
     typedef struct {
+        logic [25:0] value;
+    } rc_regs__VERTEX_BASE__line__out_t;
+
+    typedef struct {
+        rc_regs__VERTEX_BASE__line__out_t line;
+    } rc_regs__VERTEX_BASE__out_t;
+
+    typedef struct {
+        logic [25:0] value;
+    } rc_regs__REF_BASE__line__out_t;
+
+    typedef struct {
+        rc_regs__REF_BASE__line__out_t line;
+    } rc_regs__REF_BASE__out_t;
+
+    typedef struct {
         logic [23:0] value;
     } rc_regs__CAM_ORG_X__value__out_t;
 
@@ -756,6 +876,70 @@ package rc_regs_pkg;
     } rc_regs__TEX_LINES__out_t;
 
     typedef struct {
+        logic [23:0] value;
+    } rc_regs__REF_COUNT__value__out_t;
+
+    typedef struct {
+        rc_regs__REF_COUNT__value__out_t value;
+    } rc_regs__REF_COUNT__out_t;
+
+    typedef struct {
+        logic [19:0] value;
+    } rc_regs__TBU_REFINE__value__out_t;
+
+    typedef struct {
+        rc_regs__TBU_REFINE__value__out_t value;
+    } rc_regs__TBU_REFINE__out_t;
+
+    typedef struct {
+        logic [17:0] value;
+    } rc_regs__TBU_LO_X__value__out_t;
+
+    typedef struct {
+        rc_regs__TBU_LO_X__value__out_t value;
+    } rc_regs__TBU_LO_X__out_t;
+
+    typedef struct {
+        logic [17:0] value;
+    } rc_regs__TBU_LO_Y__value__out_t;
+
+    typedef struct {
+        rc_regs__TBU_LO_Y__value__out_t value;
+    } rc_regs__TBU_LO_Y__out_t;
+
+    typedef struct {
+        logic [17:0] value;
+    } rc_regs__TBU_LO_Z__value__out_t;
+
+    typedef struct {
+        rc_regs__TBU_LO_Z__value__out_t value;
+    } rc_regs__TBU_LO_Z__out_t;
+
+    typedef struct {
+        logic [17:0] value;
+    } rc_regs__TBU_HI_X__value__out_t;
+
+    typedef struct {
+        rc_regs__TBU_HI_X__value__out_t value;
+    } rc_regs__TBU_HI_X__out_t;
+
+    typedef struct {
+        logic [17:0] value;
+    } rc_regs__TBU_HI_Y__value__out_t;
+
+    typedef struct {
+        rc_regs__TBU_HI_Y__value__out_t value;
+    } rc_regs__TBU_HI_Y__out_t;
+
+    typedef struct {
+        logic [17:0] value;
+    } rc_regs__TBU_HI_Z__value__out_t;
+
+    typedef struct {
+        rc_regs__TBU_HI_Z__value__out_t value;
+    } rc_regs__TBU_HI_Z__out_t;
+
+    typedef struct {
         rc_regs__CTRL__out_t CTRL;
         rc_regs__IRQ_ENABLE__out_t IRQ_ENABLE;
         rc_regs__IRQ_STATUS__out_t IRQ_STATUS;
@@ -789,6 +973,8 @@ package rc_regs_pkg;
         rc_regs__BOX_HI_X__out_t BOX_HI_X;
         rc_regs__BOX_HI_Y__out_t BOX_HI_Y;
         rc_regs__BOX_HI_Z__out_t BOX_HI_Z;
+        rc_regs__VERTEX_BASE__out_t VERTEX_BASE;
+        rc_regs__REF_BASE__out_t REF_BASE;
         rc_regs__CAM_ORG_X__out_t CAM_ORG_X;
         rc_regs__CAM_ORG_Y__out_t CAM_ORG_Y;
         rc_regs__CAM_ORG_Z__out_t CAM_ORG_Z;
@@ -805,5 +991,13 @@ package rc_regs_pkg;
         rc_regs__UV_COUNT__out_t UV_COUNT;
         rc_regs__TEX_BASE__out_t TEX_BASE;
         rc_regs__TEX_LINES__out_t TEX_LINES;
+        rc_regs__REF_COUNT__out_t REF_COUNT;
+        rc_regs__TBU_REFINE__out_t TBU_REFINE;
+        rc_regs__TBU_LO_X__out_t TBU_LO_X;
+        rc_regs__TBU_LO_Y__out_t TBU_LO_Y;
+        rc_regs__TBU_LO_Z__out_t TBU_LO_Z;
+        rc_regs__TBU_HI_X__out_t TBU_HI_X;
+        rc_regs__TBU_HI_Y__out_t TBU_HI_Y;
+        rc_regs__TBU_HI_Z__out_t TBU_HI_Z;
     } rc_regs__out_t;
 endpackage

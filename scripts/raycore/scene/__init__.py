@@ -63,23 +63,23 @@ __all__ = [
 ]
 
 
-def load_scene(path):
+def load_scene(path, time=0.0):
     """Load a scene.
 
     Args: path of a file (`SUFFIXES`, `PACKED`, `.json`), of a generator (`.py` with `build() -> Scene`), or the name of
-        one in `scenes/`.
+        one of either kind in `scenes/`; time: in seconds, for what moves in scene files.
     Returns: `Scene`; its warnings say what could not be mapped.
     Raises: SceneError with one line: what is wrong, where, and what to do.
     """
-    return _load(Path(path), ())
+    return _load(Path(path), (), time)
 
 
-def _load(path, within):
+def _load(path, within, time):
     """Load a scene; within: the scene files that name it."""
-    named = generators.FOLDER / f"{path}.py"
     try:
-        if not path.exists() and path.parent == Path() and not path.suffix and named.exists():
-            return load_generator(named)
+        if not path.exists() and path.parent == Path() and not path.suffix:
+            named = (generators.FOLDER / f"{path}{suffix}" for suffix in (".py", ".json"))
+            path = next((p for p in named if p.exists()), path)
         if path.is_dir():
             raise SceneError(f"{path}: is a directory; give {choices()}")
         if not path.exists():
@@ -89,7 +89,7 @@ def _load(path, within):
         if suffix == ".py":
             return load_generator(path)
         if suffix == ".json":
-            return load_document(path, _load, within)
+            return load_document(path, _load, within, time)
         if suffix not in SUFFIXES + PACKED:
             raise SceneError(f"{path}: '{suffix or 'no suffix'}' is not supported; convert it to {choices()}")
         return load_file(path)

@@ -135,6 +135,7 @@ class Scene:
     uv: np.ndarray | None = None
     warnings: list = field(default_factory=list)
     depth: int | None = None  # bounces that the scene asks for
+    duration: float = 0.0  # seconds until its last key, 0: nothing moves
 
     @property
     def bounds(self):

@@ -23,8 +23,8 @@ ARRAYS = ("triangles", "normals", "face_material", "uv")
 
 
 def scene_names():
-    """Names of the generators in `scenes/`."""
-    return sorted(p.stem for p in FOLDER.glob("*.py") if not p.stem.startswith("_"))
+    """Names of the generators and scene files in `scenes/`."""
+    return sorted(p.stem for p in FOLDER.iterdir() if p.suffix in (".py", ".json") and not p.stem.startswith("_"))
 
 
 def _save(scene, path):

@@ -3,13 +3,13 @@
 
 import functools
 import json
-import math
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from raycore.errors import SceneError
+from raycore.scene.animation import duration, matrix_at, rotation
 from raycore.scene.data import AMBIENT_LIGHT, Camera, Light, Scene, Texture, make_material
 from raycore.scene.files import assemble, check_triangles
 from raycore.scene.materials import Notes, read_picture, settle_alpha, times
@@ -63,14 +63,6 @@ def read_document(path):
 # ---- its parts -------------------------------------------------------------------------------------------------------
 
 
-def _rotation(axis, degrees):
-    """Rotation matrix (3, 3), counter-clockwise seen against the axis (Rodrigues)."""
-    x, y, z = np.asarray(axis, dtype=np.float64) / np.linalg.norm(axis)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    angle = math.radians(degrees)
-    return np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
-
-
 def transform_matrix(steps):
     """Matrix (4, 4) of a mesh's steps. Raises: ValueError if it cannot be undone."""
     out = np.eye(4)
@@ -84,7 +76,7 @@ def transform_matrix(steps):
         elif kind == "rotate":
             if not any(value["axis"]):
                 raise ValueError("the axis of a rotation is zero")
-            matrix[:3, :3] = _rotation(**value)
+            matrix[:3, :3] = rotation(**value)
         else:
             matrix = np.array(value, dtype=np.float64).reshape(4, 4)
             if (matrix[3] != (0.0, 0.0, 0.0, 1.0)).any():
@@ -176,8 +168,10 @@ def _camera(values):
 # ---- together --------------------------------------------------------------------------------------------------------
 
 
-def load_document(path, load, within=()):
-    """Load a scene file. load(path, within): loads a mesh's file; within: the scene files that this one is part of.
+def load_document(path, load, within=(), time=0.0):
+    """Load a scene file as it is at a time, in seconds.
+
+    load(path, within, time): loads a mesh's file; within: the scene files that this one is part of.
 
     Returns: `Scene`. Raises: SceneError with the file, the place in it, and what is wrong.
     """
@@ -195,10 +189,13 @@ def load_document(path, load, within=()):
     changes = document.get("materials", {})
     new, touched, notes, scenes = {}, set(), Notes(), []
     for i, mesh in enumerate(document["meshes"]):
-        scene = load(_mesh_path(folder, mesh["file"]), (*within, here))
+        scene = load(_mesh_path(folder, mesh["file"]), (*within, here), time)
         for line in scene.warnings:
             notes.add(f"{mesh['file']}: {line}")
         matrix = built(("meshes", i, "transform"), transform_matrix, mesh.get("transform", []))
+        if "animation" in mesh:
+            matrix = built(("meshes", i, "animation"), matrix_at, mesh["animation"], time) @ matrix
+            scene = replace(scene, duration=max(scene.duration, duration(mesh["animation"])))
         scene = moved(scene, matrix)
         if "material" in mesh:
             name = mesh["material"]
@@ -249,6 +246,7 @@ def load_document(path, load, within=()):
         uv,
         notes.lines(),
         document.get("depth", max(depths, default=None)),
+        max(s.duration for s in scenes),
     )
 
 

@@ -152,11 +152,11 @@ async def all_indices_in_flight(dut):
 
 @cocotb.test(timeout_time=50, timeout_unit="ms")
 async def all_slots_in_use(dut):
-    """Nine blocks of one pixel row: the ninth waits for a slot."""
+    """Seventeen blocks of one pixel row: the last waits for a slot."""
     rng = await start(dut)
-    frame = Frame(dut, rng, 72, 1, hold=65)
+    frame = Frame(dut, rng, 17 * 8, 1, hold=16 * 8 + 1)
     await frame.run()
-    assert frame.most_in_flight == 64
+    assert frame.most_in_flight == 16 * 8
 
 
 @cocotb.test(timeout_time=50, timeout_unit="ms")

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-"""Benchmark: `python -m raycore.bench`, also `make bench`. The paper's Tables II and III beside what the RTL does.
+"""Benchmark: `python -m raycore.bench`, also `make bench`. The paper's Tables II to IV beside what the RTL does.
 
 Table II, Whitted ray tracing: our scenes (and those of --whitted) at depth 0 and 10. Table III, primary and shadow rays:
 our scenes and the meshes of --views. Speed is in rays per cycle per RTU, which no clock changes; hit rates; bytes per
-ray. Memory is 64 bits, 60 cycles, 16 bursts.
+ray. Table IV, trees by the tree-building unit: our scenes of its sizes (and those of --trees), cycles and bytes per triangle.
+Memory is 64 bits, 60 cycles, 16 bursts. An option without names, such as --whitted alone, leaves its table out.
 
 --views VIEWS.json names meshes in --meshes FOLDER and how to look at them, as the options of `raycore render`:
 {"sibenik.ply": {"camera": "...", "light": "..."}, "kitchen.glb": {"camera": "...", "lights": ["...", ...]}, ...}.
 
-Pixels come first: every frame is compared with the bit-exact reference unless --fast, and a difference fails the run.
+Pixels come first: every frame is compared with the bit-exact reference unless --fast, and a difference fails the run; so does
+a tree that is not the model's.
 Writes build/bench.json after every frame.
 """
 
@@ -21,7 +23,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from raycore import check, render, sim
+from raycore import build, check, render, sim
 from raycore.errors import OptionError, RayCoreError
 from raycore.image import View, build_geometry, build_image
 from raycore.model import frame
@@ -31,6 +33,7 @@ from raycore.toolchain import BUILD
 OURS = ("hall", "still_life", "organic")
 WHITTED = ("kitchen", "room", "living_room")
 MHZ, RTUS = 84.0, 4  # of the paper's prototype
+ASIC_MHZ = 500.0  # and of its estimate for an ASIC
 
 # Paper Table II: by scene, size and depth: rays (M); hit rates of L1 node, L1 list, L2, triangle and texture cache in percent;
 # MB/s not texture, texture; Mrays/s.
@@ -56,6 +59,23 @@ PAPER_PRIMARY = {
     ("sibenik", "1600x960"): (3.0, (99, 99, 73, 99), (8, 0), 21.7),
     ("conference", "1600x960"): (3.0, (99, 99, 64, 99), (20, 0), 21.7),
 }
+
+# Paper Table IV, by our scene of about that size: its scene, triangles, ms at 84 MHz, MB of traffic.
+PAPER_TREES = {
+    "glass_room": ("Glass Room", 608, 1.6, 0.1),
+    "gloss": ("Gloss", 3552, 3.6, 0.9),
+    "chess": ("Chess", 6604, 9.2, 2.9),
+    "vegetables": ("Vegetables", 6912, 11.2, 2.8),
+    "landscape": ("Landscape", 12023, 17.7, 4.7),
+    "cup": ("Cup", 12916, 25.6, 7.7),
+    "desk_lamp": ("Desk Lamp", 17154, 27.5, 8.6),
+    "christmas_tree": ("Christmas Tree", 19174, 37.1, 10.7),
+    "chairs": ("Chair", 24014, 40.9, 13.0),
+    "flowers": ("Fractal Flowers", 42651, 77.6, 23.6),
+    "coloured_shadows": ("Transparent Shadows", 63842, 117.9, 36.1),
+}
+TREE_COLUMNS = ("scene", "triangles", "cycles", "cycles/triangle", "ms at 84 MHz", "at 500 MHz", "MB", "bytes/triangle",
+                "SAH / exact")  # fmt: skip
 
 CACHES = ("l1_node", "l1_list", "l2", "triangle", "texture")
 COLUMNS = ("scene", "size", "rays", "Mrays", "rays/cycle/RTU", "slots/ray", "occupancy", "NT / list / L2 / tri / tex %",
@@ -120,8 +140,26 @@ class Bench:
         width, height = (int(n) for n in size.split("x"))
         camera = parse_camera(mesh["camera"]) if "camera" in mesh else None
         values = measure(self.geometries[name], View(width, height, camera, _lights(mesh), **view), not self.args.fast)
-        self.results[f"{name}, {size}, {kind}"] = values
         table.add_row(name, size, kind, *cells(values))
+        self._keep(f"{name}, {size}, {kind}", values)
+
+    def tree(self, table, name):
+        """Two lines of Table IV: a tree built here, and the paper's. Raises: RayCoreError if it is not the model's tree."""
+        self.console.print(f"[dim]{time.strftime('%H:%M:%S')} tree of {name}[/dim]")
+        mesh = self.args.meshes / name
+        scene = load_scene(str(mesh) if mesh.is_file() else name)
+        values = build.stats(build.build(scene, "rtl", sim.Memory()), scene, sim.Memory())
+        if not values["check"]["same_tree"]:
+            raise RayCoreError(f"{name}: the tree differs from the model's: {values['check']['difference']}")
+        n, cycles, moved = values["triangles"], values["cycles"], values["bytes"]
+        table.add_row(name, *tree_cells(n, cycles, moved), f"{values['sah_ratio']:.4f}")
+        if name in PAPER_TREES:
+            other, n, ms, megabytes = PAPER_TREES[name]
+            table.add_row(f"  the paper's {other}", *tree_cells(n, ms * MHZ * 1e3, megabytes * 1e6), "", style="dim")
+        self._keep(f"tree of {name}", values)
+
+    def _keep(self, name, values):
+        self.results[name] = values
         BUILD.mkdir(parents=True, exist_ok=True)
         (BUILD / "bench.json").write_text(json.dumps(self.results, indent=1, default=str))
 
@@ -131,10 +169,16 @@ class Bench:
             table.add_row("", "", "the paper's", *paper_cells(row), style="dim")
 
 
-def _table(title):
+def tree_cells(triangles, cycles, moved):
+    """Cells of Table IV from the triangles on: cycles, bytes moved."""
+    return [f"{triangles:,}", f"{cycles:,.0f}", f"{cycles / triangles:.1f}", f"{cycles / MHZ / 1e3:.2f}",
+            f"{cycles / ASIC_MHZ / 1e3:.2f}", f"{moved / 1e6:.2f}", f"{moved / triangles:.0f}"]  # fmt: skip
+
+
+def _table(title, columns=COLUMNS, left=3):
     table = Table(title=title)
-    for column in COLUMNS:
-        table.add_column(column, justify="left" if column in COLUMNS[:3] else "right")
+    for i, column in enumerate(columns):
+        table.add_column(column, justify="left" if i < left else "right")
     return table
 
 
@@ -145,6 +189,7 @@ def main(argv):
     parser.add_argument("--meshes", type=Path, default=Path(), help="folder of the meshes that --views names")
     parser.add_argument("--whitted", nargs="*", default=list(WHITTED), help="scenes of Table II (default: our three)")
     parser.add_argument("--primary", nargs="*", help="scenes of Table III (default: our three, and all of --views)")
+    parser.add_argument("--trees", nargs="*", default=list(PAPER_TREES), help="scenes of Table IV (default: ours of its sizes)")
     parser.add_argument("--sizes", nargs="*", default=["800x480"], help="800x480 1600x960 are the paper's")
     parser.add_argument("--depths", nargs="*", type=int, default=[0, 10])
     parser.add_argument("--fast", action="store_true", help="do not compare with the reference")
@@ -170,6 +215,10 @@ def main(argv):
                 for kind, shadows in (("primary", False), ("primary + shadow", True)):
                     bench.run(tables[-1], name, size, kind, shadows=shadows, max_depth=0)
                 bench.paper(tables[-1], PAPER_PRIMARY.get((Path(name).stem, size)))
+    if args.trees:
+        tables.append(_table("Table IV, trees; 64-bit memory, 60 cycles; bus shared by reads and writes", TREE_COLUMNS, 1))
+        for name in args.trees:
+            bench.tree(tables[-1], name)
     for table in tables:
         console.print(table)
     console.print("wrote build/bench.json")

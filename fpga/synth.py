@@ -31,6 +31,7 @@ FP_UNITS = ["rc_fp_add", "rc_fp_add3", "rc_fp_mul", "rc_fp_cmp", "rc_fp_div", "r
             "rc_fp_from_int", "rc_fp_to_unorm"]
 PIPE, RTU = "rc_tni_pipe", "rc_rtu"
 BLOCKS = [PIPE, RTU]
+TBP_BIN, TBP_SORT, TBU = "rc_tbp_bin", "rc_tbp_sort", "rc_tbu"
 
 # Paper Table I, ray-tracing unit, by unit and in all: 2-input adders, 3-input adders, comparators, multipliers, dividers,
 # square roots, exponential units.
@@ -41,6 +42,12 @@ PAPER = {
 }
 PAPER_ALL = (61, 12, 71, 110, 11, 4, 2)   # its last line; two comparators are in no row
 COUNTED = ["rc_fp_add", "rc_fp_add3", "rc_fp_cmp", "rc_fp_mul", "rc_fp_div", "rc_fp_sqrt", "rc_fp_pow"]
+# The tree-building unit: adders, comparators, multipliers, dividers. Table I has five 3-input adders more.
+PAPER_TBU = {"1 binning pipeline": (14, 92, 12, 1), "4 sorting pipelines": (132, 0, 84, 0), "all": (146, 92, 96, 1)}
+PAPER_TBU_SRAM = 218.62  # KB, Sec. 5.2
+OPERATORS = {"adder": ("add", "sub", "alu", "neg"), "comparator": ("lt", "le", "gt", "ge"), "multiplier": ("mul",),
+             "divider": ("div", "mod", "divfloor", "modfloor")}  # fmt: skip
+WORD = 18  # bits of a coordinate: narrower operators count and address
 PARTS = {"u_raygen": "Ray generation", "u_tni": "Traversal and intersection", "u_shade": "Hit point and shading"}
 # Paper Sec. 4.1, KB of SRAM in an RTU, and where ours are (first name that fits an instance's path).
 PAPER_SRAM = (
@@ -85,18 +92,80 @@ def unit_counts(top="rc_rtu"):
     return counts
 
 
-def sram_bits(top="rc_rtu"):
-    """Bits of RAM in `top` by the rows of PAPER_SRAM: Counter."""
+def sram_bits(top=RTU):
+    """Bits of RAM in `top` by the rows of PAPER_SRAM, or in all of the tree-building unit as "all": Counter."""
     bits = Counter()
 
     def visit(node, path):
         if node.definition.name == "rc_ram_1r1w":
             size = {p.name: int(str(p.value).split("d")[-1]) for p in node.body if p.name in ("Width", "Depth")}
-            row = next(name for name, where, _ in PAPER_SRAM if re.search(where, path))
+            row = "all" if top == TBU else next(name for name, where, _ in PAPER_SRAM if re.search(where, path))
             bits[row] += size["Width"] * size["Depth"]
 
     elaborate(top, visit)
     return bits
+
+
+def operators(top):
+    """Integer operators of WORD bits and more in the netlist of `top`, before anything is mapped: {kind: Counter of widths}."""
+    stat = OUT / f"{top}.operators.json"
+    code = run_yosys(
+        OUT / f"{top}.operators.log",
+        (f"read_slang --keep-hierarchy -F {REPO}/rtl/rc.f --top {top}", f"hierarchy -top {top}", "proc", "flatten",
+         "opt_expr", "opt_merge", "wreduce", "opt_clean", f"tee -o {stat} stat -json -width"),
+    )  # fmt: skip
+    if code != 0:
+        raise SystemExit(f"synth: Yosys cannot read {top}; see {OUT.relative_to(REPO)}/{top}.operators.log")
+    counts = {kind: Counter() for kind in OPERATORS}
+    for cell, n in json.loads(stat.read_text())["design"]["num_cells_by_type"].items():
+        name, _, width = cell.lstrip("$").rpartition("_")
+        for kind, names in OPERATORS.items():
+            if name in names and int(width) >= WORD:
+                counts[kind][int(width)] += n
+    return counts
+
+
+def run_yosys(log, commands):
+    """Run commands in a process whose output goes to a file. Returns: its exit status."""
+    child = os.fork()
+    if child == 0:  # Yosys writes to the process's own output
+        with log.open("w") as sink:
+            os.dup2(sink.fileno(), 1)
+            os.dup2(sink.fileno(), 2)
+        code = 1
+        try:
+            from pyosys import libyosys as ys
+
+            design = ys.Design()
+            for command in commands:
+                ys.run_pass(command, design)
+            code = 0
+        finally:
+            os._exit(code)
+    return os.waitpid(child, 0)[1]
+
+
+def builder_table(luts):
+    """Table: operators of the tree-building unit beside Table I; luts: of an FP adder and a comparator, if they are known."""
+    sort, whole, one = operators(TBP_SORT), operators(TBU), operators(TBP_BIN)
+    four = {kind: Counter({w: 4 * n for w, n in counts.items()}) for kind, counts in sort.items()}
+    rows = {"1 binning pipeline": one, "4 sorting pipelines": four, "all": whole}
+    table = Table(title=f"Tree-building unit: operators of {WORD} bits and more / Table I; here integers, there FP24")
+    table.add_column("unit")
+    for kind in (*OPERATORS, "bits of the adders", "of the comparators"):
+        table.add_column(kind, justify="right")
+    for name, counts in rows.items():
+        bits = [f"{sum(w * n for w, n in counts[kind].items()):,}" for kind in ("adder", "comparator")]
+        pairs = (f"{counts[kind].total()} / {paper}" for kind, paper in zip(OPERATORS, PAPER_TBU[name], strict=True))
+        table.add_row(name, *pairs, *bits, style="bold" if name == "all" else None)
+    (OUT / "builder.json").write_text(json.dumps(rows, indent=1))
+    if luts is not None:
+        adder, comparator = luts
+        ours = sum(w * n for kind in ("adder", "comparator") for w, n in whole[kind].items())
+        paper = PAPER_TBU["all"][0] * adder + PAPER_TBU["all"][1] * comparator
+        table.caption = (f"At a LUT a bit the adders and comparators take {ours:,} LUT; "
+                         f"Table I's, as our FP units ({adder} and {comparator} LUT), {paper:,}")  # fmt: skip
+    return table
 
 
 def synthesize(job):
@@ -107,35 +176,15 @@ def synthesize(job):
         stat = OUT / f"{top}.json"
         return top, resources(json.loads(stat.read_text())) if stat.is_file() else "not synthesized yet", 0.0
     log = OUT / f"{top}.log"
-    read_end, write_end = os.pipe()
-    child = os.fork()
-    if child == 0:  # Yosys writes to the process's own output, which goes to the log
-        with log.open("w") as sink:
-            os.dup2(sink.fileno(), 1)
-            os.dup2(sink.fileno(), 2)
-        code = 1
-        try:
-            from pyosys import libyosys as ys
-
-            design = ys.Design()
-            flat = "-flatten"
-            holes = [m for m in (*FP_UNITS, PIPE) if m != top] if top in BLOCKS else []
-            hole = ["blackbox " + " ".join(f"={m}$*" for m in holes)] if holes else []
-            for command in (
-                f"read_slang --keep-hierarchy -F {REPO}/rtl/rc.f --top {top}",
-                *hole,
-                f"synth_xilinx -family {family} -noiopad -noclkbuf {flat} -top {top}",
-                "check -assert" if top in FP_UNITS else "check",   # black boxes leave wires without a driver
-                "select -assert-none t:LD* t:$dlatch t:$_DLATCH_*",
-                f"tee -o {OUT / top}.json stat -json",
-            ):
-                ys.run_pass(command, design)
-            code = 0
-        finally:
-            os._exit(code)
-    os.close(write_end)
-    os.close(read_end)
-    _, status = os.waitpid(child, 0)
+    holes = [m for m in (*FP_UNITS, PIPE) if m != top] if top in BLOCKS else []
+    status = run_yosys(log, (
+        f"read_slang --keep-hierarchy -F {REPO}/rtl/rc.f --top {top}",
+        *(["blackbox " + " ".join(f"={m}$*" for m in holes)] if holes else []),
+        f"synth_xilinx -family {family} -noiopad -noclkbuf -flatten -top {top}",
+        "check -assert" if top in FP_UNITS else "check",   # black boxes leave wires without a driver
+        "select -assert-none t:LD* t:$dlatch t:$_DLATCH_*",
+        f"tee -o {OUT / top}.json stat -json",
+    ))
     if status != 0:
         lines = [line for line in log.read_text(errors="replace").splitlines() if "ERROR" in line or "error:" in line]
         return top, (lines or ["Yosys stopped"])[-1], time.time() - began
@@ -161,13 +210,13 @@ def resources(stat):
 
 def main(argv):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("top", nargs="*", help="modules (default: every FP unit, one T&I pipeline, the RTU)")
+    parser.add_argument("top", nargs="*", help="modules (default: every FP unit, one T&I pipeline, RTU, both pipelines of the TBU)")
     parser.add_argument("--family", default="xc6v", choices=["xc6v", "xc7"])
     parser.add_argument("--quick", action="store_true", help="FP units and unit counts only")
     parser.add_argument("--report", action="store_true", help="table of the last run, nothing is synthesized again")
     args = parser.parse_args(argv)
     OUT.mkdir(parents=True, exist_ok=True)
-    tops = args.top or (FP_UNITS if args.quick else FP_UNITS + BLOCKS)
+    tops = args.top or (FP_UNITS if args.quick else FP_UNITS + BLOCKS + [TBP_BIN, TBP_SORT])
     console = Console(width=120)
 
     counts = unit_counts()
@@ -191,6 +240,13 @@ def main(argv):
         table.add_row(name, f"{bits[name] / 8192:.1f}", f"{paper:.2f}")
     table.add_row("all", f"{sum(bits.values()) / 8192:.1f}", f"{PAPER_SRAM_ALL:.1f}", style="bold")
     console.print(table)
+
+    if not args.quick:
+        done_before = [OUT / f"{unit}.json" for unit in ("rc_fp_add", "rc_fp_cmp")]
+        luts = [resources(json.loads(f.read_text()))["LUT"] for f in done_before if f.is_file()]
+        table = builder_table(luts if len(luts) == 2 else None)
+        console.print(table)
+        console.print(f"SRAM of the tree-building unit: {sram_bits(TBU)['all'] / 8192:.1f} KB; the paper {PAPER_TBU_SRAM} KB")
 
     table = Table(title=f"Yosys, {args.family}; share of a Virtex-6 LX550 in brackets")
     table.add_column("module")
@@ -223,7 +279,7 @@ def main(argv):
             failed += 1
             table.add_row(top, result, *[""] * 4, f"{seconds:.0f}", style="red")
             continue
-        cells = [f"{result[k]:,.0f}" if k not in VIRTEX6_LX550 or top not in BLOCKS
+        cells = [f"{result[k]:,.0f}" if k not in VIRTEX6_LX550 or top in FP_UNITS
                  else f"{result[k]:,.0f} ({result[k] / VIRTEX6_LX550[k]:.0%})" for k in result]  # fmt: skip
         table.add_row(top, *cells, f"{seconds:.0f}")
     console.print(table)

@@ -212,7 +212,7 @@ def render(
     scene: Annotated[
         str,
         typer.Argument(
-            metavar="SCENE", help="glTF, GLB, OBJ, PLY or STL file, JSON of ours, or one of our scenes by name."
+            metavar="SCENE", help="glTF, GLB, OBJ, PLY, STL or AFF file, JSON of ours, or one of our scenes by name."
         ),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="OUT.png", help="The picture, row 0 at the top.")],

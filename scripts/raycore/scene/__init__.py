@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 """Scene files to arrays: triangles, normals, materials, cameras and lights, and their way into the unit box.
 
-Formats: glTF and GLB, OBJ, PLY, STL, also inside `.gz` or `.zip`; scene files of our own (`.json`); and generators in
+Formats: glTF and GLB, OBJ, PLY, STL, AFF (BART), also inside `.gz` or `.zip`; scene files of our own (`.json`); and generators in
 `scenes/`. Triangles keep the order in which trimesh concatenates the geometry of a scene; none is merged, dropped or
 turned.
 """
@@ -92,7 +92,7 @@ def _load(path, within, time):
             return load_document(path, _load, within, time)
         if suffix not in SUFFIXES + PACKED:
             raise SceneError(f"{path}: '{suffix or 'no suffix'}' is not supported; convert it to {choices()}")
-        return load_file(path)
+        return load_file(path, time)
     except OSError as error:
         raise SceneError(f"{path}: cannot be read ({error.strerror or error})") from None
     except MemoryError:

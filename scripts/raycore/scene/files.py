@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 
 from raycore.errors import SceneError
-from raycore.scene import gltf, obj
+from raycore.scene import aff, gltf, obj
 from raycore.scene.data import Scene
 from raycore.scene.materials import Notes, flatten, merge_materials
 from raycore.scene.mesh import Loaded, meshes, plain_part, read_trimesh
 from raycore.scene.normals import face_normals, orient_normals, smooth_normals
 
-SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl")
+SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".aff")
 PACKED = (".gz", ".zip")  # with one scene file inside
 MAX_UNPACKED = 1 << 31  # bytes
 MAX_TRIANGLES = (1 << 24) - 2  # triangle indices have 24 bits; all ones means "none"
@@ -113,8 +113,8 @@ def assemble(parts, notes):
     return triangles, normals, uv if has_uv else None, materials, face_material
 
 
-def load_file(path):
-    """A file of another program as a `Scene`. Raises: SceneError."""
+def load_file(path, time=0.0):
+    """A file of another program as a `Scene`; time: in seconds, for what moves in AFF. Raises: SceneError."""
     suffix = path.suffix.lower()
     if path.stat().st_size == 0:
         raise SceneError(f"{path}: the file is empty")
@@ -126,6 +126,8 @@ def load_file(path):
                 loaded = gltf.load(file, notes)
             elif suffix == ".obj":
                 loaded = obj.load(file, notes)
+            elif suffix == ".aff":
+                loaded = aff.load(file, notes, time)
             else:
                 loaded = Loaded([plain_part(*pair) for pair in meshes(read_trimesh(str(file)))])
     except (KeyboardInterrupt, SceneError):
@@ -139,4 +141,5 @@ def load_file(path):
     triangles, normals, uv, materials, face_material = assemble(parts, notes)
     up = (0.0, 0.0, 1.0) if suffix == ".stl" else (0.0, 1.0, 0.0)  # STL comes from machines that build upwards in z
     scene = Scene(path.name, triangles, normals, face_material, materials, loaded.camera, loaded.lights, up)
-    return replace(scene, uv=uv, warnings=notes.lines())
+    own = {} if loaded.background is None else {"background": loaded.background}
+    return replace(scene, uv=uv, warnings=notes.lines(), duration=loaded.duration, **own)

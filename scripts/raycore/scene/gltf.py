@@ -19,7 +19,15 @@ import numpy as np
 
 from raycore.errors import SceneError
 from raycore.scene.data import Camera, Light, Material, make_material
-from raycore.scene.materials import linear, read_picture, settle_alpha, texture_of, times, tinted_materials
+from raycore.scene.materials import (
+    bart_material,
+    linear,
+    read_picture,
+    settle_alpha,
+    texture_of,
+    times,
+    tinted_materials,
+)
 from raycore.scene.mesh import Loaded, Part, corner_uv, default_material, meshes, place, read_trimesh
 
 MAGIC, JSON_CHUNK = 0x46546C67, 0x4E4F534A
@@ -358,20 +366,6 @@ def _with_alpha(notes, material, source, surface):
         notes.add(f"alpha mode {mode} of glass is not used", material.name)
         return material
     return settled
-
-
-def bart_material(name, raw, texture):
-    """A material of the BART scenes (Lext et al. 2001): the `fm` of their extended NFF, used as it is.
-
-    Twelve numbers: ambient, diffuse and specular colour, shininess, transmittance T, refractive index. As in NFF, the
-    specular colour is also the weight of the reflected ray, and T that of the refracted one.
-    """
-    numbers = [float(x) for x in raw]
-    ambient, diffuse, specular = tuple(numbers[0:3]), tuple(numbers[3:6]), tuple(numbers[6:9])
-    shine, transmittance, ior = numbers[9:]
-    glass = {"transmit": (transmittance,) * 3, "ior": ior or 1.0} if transmittance > 0.0 else {}
-    shine = min(max(shine, 0.0), 1024.0)
-    return Material(name, ambient, diffuse, specular, shine, reflect=specular, texture=texture, **glass)
 
 
 def uv_matrix(moved):

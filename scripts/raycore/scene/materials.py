@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from raycore.scene.data import MAX_MATERIALS, Texture, make_material
+from raycore.scene.data import MAX_MATERIALS, Material, Texture, make_material
 
 MAX_COLOURS = 128  # materials that vertex or face colours of one mesh may become
 SHOWN_NAMES = 4
@@ -53,6 +53,20 @@ def unit_colour(value):
 def times(*colours):
     """Product of colours, as a tuple."""
     return tuple(map(float, np.prod(np.broadcast_arrays(*(np.asarray(c, dtype=np.float64) for c in colours)), axis=0)))
+
+
+def bart_material(name, raw, texture=None):
+    """A material of the BART scenes (Lext et al. 2001): the `fm` of their extended NFF, used as it is.
+
+    Twelve numbers: ambient, diffuse and specular colour, shininess, transmittance T, refractive index. As in NFF, the
+    specular colour is also the weight of the reflected ray, and T that of the refracted one.
+    """
+    numbers = [float(x) for x in raw]
+    ambient, diffuse, specular = tuple(numbers[0:3]), tuple(numbers[3:6]), tuple(numbers[6:9])
+    shine, transmittance, ior = numbers[9:]
+    glass = {"transmit": (transmittance,) * 3, "ior": ior or 1.0} if transmittance > 0.0 else {}
+    shine = min(max(shine, 0.0), 1024.0)
+    return Material(name, ambient, diffuse, specular, shine, reflect=specular, texture=texture, **glass)
 
 
 # ---- pictures --------------------------------------------------------------------------------------------------------

@@ -30,6 +30,8 @@ class Loaded:
     parts: list
     camera: object | None = None
     lights: list = field(default_factory=list)
+    background: tuple | None = None
+    duration: float = 0.0  # seconds until its last key
 
 
 def read_trimesh(source, **options):

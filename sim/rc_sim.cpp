@@ -119,9 +119,7 @@ Simulation::Simulation(const Options& options, VerilatedContext& context)
       memory_after_(options.memory_after) {
   memory_config_.beat_bytes = sizeof top_->m_axi_rdata;
   memory_ = std::make_unique<AxiMemory>(memory_config_, read_file(options.image), frame_regions(writes_, options.control));
-  for (const RegisterWrite& w : writes_) {
-    if (w.offset == reg::SIZE) pixels_total_ = uint64_t(w.value & 0xFFFF) * (w.value >> 16);
-  }
+  pixels_total_ = frame_pixels(writes_);
   if (!options.waves.empty()) {
 #if VM_TRACE_FST
     Output(options.waves).close();   // the FST writer does not say if it cannot
@@ -334,7 +332,7 @@ void Simulation::run() {
   if (progress_shown_) show_progress(true);
 
   for (const reg::Name& r : reg::NAMES) {
-    if (r.offset >= reg::FIRST_COUNTER) counters_[r.offset] = read_register(r.offset);
+    if (r.offset >= reg::FIRST_COUNTER && r.offset < reg::END_COUNTERS) counters_[r.offset] = read_register(r.offset);
   }
   const uint32_t status = read_register(reg::STATUS);
   const uint32_t code = error_code_ = read_register(reg::ERROR);
@@ -365,7 +363,7 @@ void Simulation::write_stats() {
   std::fprintf(f, "{\n  \"counters\": {");
   const char* sep = "\n";
   for (const reg::Name& r : reg::NAMES) {
-    if (r.offset < reg::FIRST_COUNTER) continue;
+    if (r.offset < reg::FIRST_COUNTER || r.offset >= reg::END_COUNTERS) continue;
     std::fprintf(f, "%s    \"%s\": %" PRIu32, sep, r.name, counters_[r.offset]);
     sep = ",\n";
   }

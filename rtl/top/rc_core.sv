@@ -168,6 +168,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   rc_dispatch #(.NumRtus(1)) u_dispatch (
     .clk_i, .rst_ni(unit_rst_n), .start_i(trace_start),
     .width_i(setup_i.frame.width), .height_i(setup_i.frame.height),
+    .tile_x_i(setup_i.tile_x), .tile_y_i(setup_i.tile_y), .tile_count_i(setup_i.tile_count),
     .blk_valid_o(blk_valid), .blk_ready_i(blk_ready), .blk_o(blk), .all_sent_o(all_sent)
   );
   rc_rtu u_rtu (

@@ -48,6 +48,40 @@ struct Work {
   uint16_t slots = 0, lost = 0, twos = 0;
 };
 
+// Follows the slots of a T&I unit's four pipelines. Rays leave a pipeline in the order in which they finish, and hits leave the
+// unit in the order in which they leave the pipelines, one a cycle: so no name has to go with a count.
+class SlotTrace {
+ public:
+  // What a cycle brings, a bit a pipeline; ray has 8 bits a pipeline, count 16.
+  void step(unsigned valid, unsigned lost, unsigned two, unsigned done, unsigned out, uint32_t ray, uint64_t count) {
+    if (!(valid | out)) return;
+    for (int p = 0; p < 4; p++) {
+      if (out >> p & 1 && !finished_[p].empty()) {
+        leaving_.push_back(finished_[p].front());
+        finished_[p].pop_front();
+      }
+      if (!(valid >> p & 1)) continue;
+      Work& w = work_[p][ray >> 8 * p & 31];
+      w.lost += lost >> p & 1;
+      w.twos += two >> p & 1;
+      if (done >> p & 1) {
+        w.slots = uint16_t(count >> 16 * p);
+        finished_[p].push_back(std::exchange(w, {}));
+      }
+    }
+  }
+  Work leave() {                 // of the hit that leaves the unit
+    if (leaving_.empty()) return {};
+    const Work w = leaving_.front();
+    leaving_.pop_front();
+    return w;
+  }
+
+ private:
+  Work work_[4][32];             // of the rays in each pipeline
+  std::deque<Work> finished_[4], leaving_;   // of rays that are finished, of hits on their way out
+};
+
 // The pixel of a ray index and the ray that is under way for it.
 struct Pixel {
   uint16_t x = 0, y = 0;
@@ -87,7 +121,6 @@ class Simulation {
   using Clock = std::chrono::steady_clock;
 
   void tick();
-  void trace_slots();
   void trace_rays();
   void check();
   void show_progress(bool last);
@@ -108,8 +141,7 @@ class Simulation {
   std::unique_ptr<VerilatedFstC> waves_;
 #endif
   Pixel pixel_[256];             // by ray index
-  Work work_[4][32];             // of the rays in each pipeline
-  std::deque<Work> finished_[4], leaving_;   // of rays that are finished, in order; of hits on their way out of the unit
+  SlotTrace slots_;
   std::map<uint32_t, uint32_t> counters_;
   uint32_t error_code_ = 0, error_addr_ = 0;
   uint64_t cycle_ = 0, last_life_ = 0;
@@ -186,7 +218,6 @@ void Simulation::tick() {
     from_port(t.m_axi_wstrb, pins_.wstrb);
   }
   if (t.rst_ni) {
-    if (hits_) trace_slots();
     trace_rays();
     if ((out.rvalid && pins_.rready) || (out.wready && pins_.wvalid)) last_life_ = cycle_;
   }
@@ -201,40 +232,18 @@ void Simulation::tick() {
   cycle_++;
 }
 
-// Rays leave a pipeline in the order in which they finish, and hits leave the unit in the order in which they leave the
-// pipelines, one a cycle: so no name has to go with a count.
-void Simulation::trace_slots() {
-  const Vtop& t = *top_;
-  if (!(t.slot_valid_o | t.slot_out_o)) return;
-  for (int p = 0; p < 4; p++) {
-    if (t.slot_out_o >> p & 1 && !finished_[p].empty()) {
-      leaving_.push_back(finished_[p].front());
-      finished_[p].pop_front();
-    }
-    if (!(t.slot_valid_o >> p & 1)) continue;
-    Work& w = work_[p][t.slot_ray_o >> 8 * p & 31];
-    w.lost += t.slot_lost_o >> p & 1;
-    w.twos += t.slot_two_o >> p & 1;
-    if (t.slot_done_o >> p & 1) {
-      w.slots = uint16_t(t.slot_count_o >> 16 * p);
-      finished_[p].push_back(std::exchange(w, {}));
-    }
-  }
-}
-
 void Simulation::trace_rays() {
   const Vtop& t = *top_;
+  if (hits_) {
+    slots_.step(t.slot_valid_o, t.slot_lost_o, t.slot_two_o, t.slot_done_o, t.slot_out_o, t.slot_ray_o, t.slot_count_o);
+  }
   if (t.hit_valid_o) {           // before the events that may give its index away again
     const Pixel& p = pixel_[t.hit_id_o];
     rays_[p.kind][p.depth]++;
     rays_total_++;
     last_life_ = cycle_;
     if (hits_) {
-      Work w;
-      if (!leaving_.empty()) {
-        w = leaving_.front();
-        leaving_.pop_front();
-      }
+      const Work w = slots_.leave();
       const HitRecord record{p.x, p.y, p.kind, p.light, t.hit_hit_o, p.depth,
                              t.hit_tri_o, t.hit_t_o, t.hit_beta_o, t.hit_gamma_o, w.slots, w.lost, w.twos, 0};
       hits_.write(&record, sizeof record);

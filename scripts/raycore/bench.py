@@ -249,6 +249,27 @@ def speed_plot(results):
     return profile.png(plot)
 
 
+def scale(bench, scene, counts, size, depth):
+    """The section of many units: frames of a scene on each number of RTUs. Raises: OptionError for numbers that make no sense."""
+    try:
+        from raycore import scaling
+    except ImportError:
+        raise OptionError("--rtus: this checkout has one unit only") from None
+    width, height = (int(n) for n in size.split("x"))
+    mesh = bench.views.get(scene, {})
+    camera = parse_camera(mesh["camera"]) if "camera" in mesh else None
+    geometry = build_geometry(load_scene(str(bench.args.meshes / scene) if mesh else scene))
+    image = build_image(geometry, View(width, height, camera, _lights(mesh), max_depth=depth))
+    name = f"{scene}, {size}, depth {depth}"
+    bench.console.print(f"[dim]{time.strftime('%H:%M:%S')} {name}, on {', '.join(map(str, counts))} units[/dim]")
+    rows = scaling.curve(image, counts, reference=None if bench.args.fast else frame.render_fp24(image))
+    table = scaling.table(rows, f"{name}; 64-bit memory, 60 cycles")
+    bench.console.print(table)
+    bench._keep(f"units, {name}", rows)
+    plot = report.Picture("speedup and load of the bus", scaling.plot({name: rows}))
+    return report.Section("Many units behind one memory", tables=[report.from_rich(table)], rows=[("", [plot])])
+
+
 def write_report(path, bench, units, tables, scaling=None):
     """Write the report. tables: [(heading, `report.Lines`)]; scaling: a section of many units, or None."""
     frames = {name: values for name, values in bench.results.items() if name in bench.pictures}
@@ -293,6 +314,7 @@ def main(argv):
     parser.add_argument("--trees", nargs="*", default=list(PAPER_TREES), help="scenes of Table IV (default: ours of its sizes)")
     parser.add_argument("--sizes", nargs="*", default=["800x480"], help="800x480 1600x960 are the paper's")
     parser.add_argument("--depths", nargs="*", type=int, default=[0, 10])
+    parser.add_argument("--rtus", nargs="*", type=int, default=[], help="numbers of units of the scaling curve (default: none)")
     parser.add_argument("--fast", action="store_true", help="do not compare with the reference")
     parser.add_argument("--output", type=Path, default=BUILD, metavar="FOLDER", help="for what is written")
     args = parser.parse_args(argv)
@@ -321,12 +343,16 @@ def main(argv):
         tables.append(_table("Table IV, trees; 64-bit memory, 60 cycles; bus shared by reads and writes", TREE_COLUMNS, 1))
         for name in args.trees:
             bench.tree(tables[-1], name)
+    section = None
+    if args.rtus:
+        scene = (args.whitted or primary or ["kitchen"])[0]
+        section = scale(bench, scene, args.rtus, args.sizes[0], max(args.depths))
     units = unit_tables()
     for table in (*units, *tables):
         console.print(table.rich())
     args.output.mkdir(parents=True, exist_ok=True)
     names = [table.title.split(";")[0] for table in tables]
-    write_report(args.output / "bench.html", bench, units, list(zip(names, tables)))
+    write_report(args.output / "bench.html", bench, units, list(zip(names, tables)), section)
     console.print(f"wrote {args.output}/bench.json and bench.html", soft_wrap=True)
     return 0
 

@@ -15,13 +15,13 @@ from raycore.errors import OptionError, OutputError, RayCoreError
 from raycore.output import as_json, claim, status, write
 
 COLUMNS = {
-    "nt_sets": "L1 node sets",
-    "list_sets": "L1 list sets",
+    "nt_sets": "node sets",
+    "list_sets": "list sets",
     "l2_sets": "L2 sets",
-    "l2_ways": "L2 ways",
-    "mem_width": "bus bits",
+    "l2_ways": "ways",
+    "mem_width": "bus",
     "mem_latency": "latency",
-    "sram_kb": "SRAM KB",
+    "sram_kb": "KB",
 }
 
 
@@ -34,17 +34,18 @@ def numbers(option, text):
 
 def result_table(rows, best):
     """Table of the points; best: the row to mark."""
-    table = Table(box=None, pad_edge=False)
-    for column in (*COLUMNS.values(), "rays/cycle", "slots/ray", "occupancy", "L1 node %", "L1 list %", "L2 %", "bytes/ray", ""):
-        table.add_column(column, justify="right")
+    caption = "L1 sets of two ways; bus in bits; KB of SRAM in a unit; hits of L1 node / list / L2"
+    table = Table(box=None, pad_edge=False, caption=caption)
+    for column in (*COLUMNS.values(), "rays/cycle", "slots/ray", "busy", "hits %", "bytes/ray", ""):
+        table.add_column(column, justify="right", no_wrap=True)
     for row in rows:
-        rates = (f"{100 * row[f'hit_rate_{name}']:.1f}" for name in ("l1_node", "l1_list", "l2"))
+        rates = " / ".join(f"{100 * row[f'hit_rate_{name}']:.1f}" for name in ("l1_node", "l1_list", "l2"))
         table.add_row(
             *(f"{row[name]:g}" for name in COLUMNS),
             f"{row['rays_per_cycle']:.4f}",
             f"{row['slots_per_ray']:.2f}",
             f"{row['occupancy']:.1%}",
-            *rates,
+            rates,
             f"{row['bytes_per_ray']:.2f}",
             "fastest" if row is best else "" if row["exact"] else "DIFFERS",
         )

@@ -35,6 +35,15 @@ class Lines:
         return table
 
 
+def from_rich(table):
+    """The same table as `Lines`. table: a rich table of plain text."""
+    left = sum(column.justify == "left" for column in table.columns[:1])
+    out = Lines(str(table.title or ""), tuple(str(column.header) for column in table.columns), left)
+    for cells in zip(*(column.cells for column in table.columns)):
+        out.add_row(*map(str, cells))
+    return out
+
+
 @dataclass
 class Picture:
     """A PNG with what it shows."""

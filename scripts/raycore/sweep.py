@@ -226,7 +226,7 @@ def sram_plot(rows, budget=None):
     if budget is not None:
         axes.axvline(budget, color="#888888", linestyle="--", linewidth=1)
     axes.set(xlabel="KB of SRAM in an RTU", ylabel="rays per cycle")
-    axes.set_ylim(bottom=0)
+    axes.set_ylim(0, 1.08 * max(r["rays_per_cycle"] for r in rows))
     axes.grid(alpha=0.3)
     axes.legend(title="memory", fontsize="small")
     return png(plot)
@@ -244,7 +244,7 @@ def latency_plot(rows):
     for (geometry, width), values in lines.items():
         axes.plot(*zip(*values), "o-", label=f"{geometry}, {width} bits")
     axes.set(xlabel="latency of the memory, cycles", ylabel="rays per cycle")
-    axes.set_ylim(bottom=0)
+    axes.set_ylim(0, 1.08 * max(r["rays_per_cycle"] for r in rows))
     axes.grid(alpha=0.3)
     if len(lines) <= 16:
         axes.legend(title="L1 node / L1 list / L2 sets x ways", fontsize="x-small", title_fontsize="x-small")

@@ -17,6 +17,7 @@ hash_of       = $(shell { $(1); } | sha256sum | cut -c1-16)
 VENV_STAMP   := $(VENV)/.created
 RENDER_STAMP := $(VENV)/.render-$(call hash_of,cat requirements/render.txt; sed '/^.tool.pytest/Q' pyproject.toml)
 DEV_STAMP    := $(VENV)/.dev-$(call hash_of,cat requirements/dev.txt requirements/render.txt)
+DASK_STAMP   := $(VENV)/.cluster-$(call hash_of,cat requirements/cluster.txt requirements/render.txt)
 PAIR_STAMP   := $(VENV)/.mitsuba-$(call hash_of,cat requirements/mitsuba.txt requirements/render.txt)
 # --no-compile: Python compiles what is imported, a small part, when it is imported first.
 PIP_INSTALL   = $(PY) -m pip install --quiet --disable-pip-version-check --no-input --no-compile
@@ -46,13 +47,21 @@ $(PAIR_STAMP): $(RENDER_STAMP)
 	@$(PIP_INSTALL) --require-hashes -r requirements/mitsuba.txt
 	@rm -f $(VENV)/.mitsuba-*; touch $@
 
+$(DASK_STAMP): $(RENDER_STAMP)
+	@echo "Installing requirements/cluster.txt into $(VENV)"
+	@$(PIP_INSTALL) --require-hashes -r requirements/cluster.txt
+	@rm -f $(VENV)/.cluster-*; touch $@
+
+.PHONY: cluster
+cluster: $(DASK_STAMP)  ## install Dask, for `raycore sweep --scheduler`
+
 .PHONY: setup
 setup: $(DEV_STAMP)  ## install everything that any target needs into .venv
 
 .PHONY: requirements
 requirements:  ## pin requirements/*.in again, with hashes
 	@$(PYTHON) -m venv build/pip-tools && build/pip-tools/bin/pip install --quiet pip-tools==7.6.2
-	@for set in render dev mitsuba; do \
+	@for set in render dev mitsuba cluster; do \
 	  echo "Pinning requirements/$$set.in"; \
 	  build/pip-tools/bin/pip-compile --quiet --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url \
 	    --no-emit-trusted-host --no-emit-find-links --no-emit-options --no-header \
@@ -66,7 +75,7 @@ SIZE  ?= 320x192
 OUT   ?= build/render.png
 ARGS  ?=
 
-.PHONY: render info bench compare
+.PHONY: render info sweep bench compare
 render: $(RENDER_STAMP)  ## render SCENE at SIZE to OUT by the Verilated RTL; more options in ARGS
 	@mkdir -p $(dir $(OUT))
 	@$(VENV)/bin/raycore render '$(SCENE)' -o '$(OUT)' --size $(SIZE) $(ARGS)
@@ -74,6 +83,10 @@ render: $(RENDER_STAMP)  ## render SCENE at SIZE to OUT by the Verilated RTL; mo
 
 info: $(RENDER_STAMP)  ## show triangles, tree and memory of SCENE
 	@$(VENV)/bin/raycore info '$(SCENE)' $(ARGS)
+
+sweep: $(RENDER_STAMP)  ## render SCENE on many cache geometries and memories, into build/sweep-SCENE; lists and more in ARGS
+	@mkdir -p build
+	@$(VENV)/bin/raycore sweep '$(SCENE)' -o 'build/sweep-$(notdir $(basename $(SCENE)))' $(ARGS)
 
 compare: $(PAIR_STAMP)  ## render SCENE at SIZE by Mitsuba 3 too, side by side in build/compare; options in ARGS
 	@$(PY) -m raycore.mitsuba '$(SCENE)' -o 'build/compare/$(notdir $(basename $(SCENE)))' --size $(SIZE) $(ARGS)

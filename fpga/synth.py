@@ -59,16 +59,21 @@ PAPER_SRAM = (
     ("internal buffers", r"", 94.48),
 )
 PAPER_SRAM_ALL = 507.1   # with 4.23 KB of height cache
+UNIT_TITLE = "Functional units of the elaborated RTU, and the paper's (Table I)"
+UNIT_COLUMNS = ("unit", "2-input adder", "3-input adder", "comparator", "multiplier", "divider", "square root", "power")
+SRAM_TITLE = "SRAM of the elaborated RTU in KB, and the paper's (Sec. 4.1)"
+SRAM_COLUMNS = ("memory", "KB", "paper")
 VIRTEX6_LX550 = {"LUT": 343_680, "FF": 687_360, "DSP": 864, "BRAM36": 632}  # Xilinx DS150, Virtex-6 family overview
 
 
-def elaborate(top, visit):
-    """Call visit(instance, path) for every instance below `top`, as slang elaborates it."""
+def elaborate(top, visit, parameters=None):
+    """Call visit(instance, path) for every instance below `top`, as slang elaborates it; parameters: of `top`, by name."""
     import pyslang
 
     driver = pyslang.driver.Driver()
     driver.addStandardArgs()
-    driver.parseCommandLine(f"synth -F {REPO}/rtl/rc.f --top {top} -DSYNTHESIS")
+    chosen = " ".join(f"-G {name}={value}" for name, value in (parameters or {}).items())
+    driver.parseCommandLine(f"synth -F {REPO}/rtl/rc.f --top {top} -DSYNTHESIS {chosen}")
     if not (driver.processOptions() and driver.parseAllSources()):
         raise SystemExit("synth: slang cannot read rtl/")
 
@@ -92,7 +97,7 @@ def unit_counts(top="rc_rtu"):
     return counts
 
 
-def sram_bits(top=RTU):
+def sram_bits(top=RTU, parameters=None):
     """Bits of RAM in `top` by the rows of PAPER_SRAM, or in all of the tree-building unit as "all": Counter."""
     bits = Counter()
 
@@ -102,7 +107,7 @@ def sram_bits(top=RTU):
             row = "all" if top == TBU else next(name for name, where, _ in PAPER_SRAM if re.search(where, path))
             bits[row] += size["Width"] * size["Depth"]
 
-    elaborate(top, visit)
+    elaborate(top, visit, parameters)
     return bits
 
 
@@ -191,6 +196,22 @@ def synthesize(job):
     return top, resources(json.loads((OUT / f"{top}.json").read_text())), time.time() - began
 
 
+def unit_rows(counts):
+    """Cells of Table I, counted / the paper's, from `unit_counts`: a row for each part and one for all."""
+    rows, sums = [], Counter()
+    for part, name in PARTS.items():
+        own = counts.get(part, Counter())
+        sums.update(own)
+        rows.append([name, *(f"{own[c]} / {p}" for c, p in zip(COUNTED, PAPER[name], strict=True))])
+    return [*rows, ["all", *(f"{sums[c]} / {p}" for c, p in zip(COUNTED, PAPER_ALL, strict=True))]]
+
+
+def sram_rows(bits):
+    """Cells of the SRAM table, KB here and the paper's, from `sram_bits`: a row for each memory and one for all."""
+    rows = [[name, f"{bits[name] / 8192:.1f}", f"{paper:.2f}"] for name, _, paper in PAPER_SRAM]
+    return [*rows, ["all", f"{sum(bits.values()) / 8192:.1f}", f"{PAPER_SRAM_ALL:.1f}"]]
+
+
 def resources(stat):
     """LUT, FF, DSP, BRAM36 and distributed RAM LUTs from Yosys' statistics of a design."""
     cells = stat["design"]["num_cells_by_type"]
@@ -220,25 +241,19 @@ def main(argv):
     console = Console(width=120)
 
     counts = unit_counts()
-    table = Table(title="Functional units of the elaborated RTU, and the paper's (Table I)")
-    table.add_column("unit")
-    for name in ("2-input adder", "3-input adder", "comparator", "multiplier", "divider", "square root", "power"):
-        table.add_column(name, justify="right")
-    sums = Counter()
-    for part, name in PARTS.items():
-        sums.update(counts.get(part, Counter()))
-        table.add_row(name, *(f"{counts.get(part, Counter())[c]} / {p}" for c, p in zip(COUNTED, PAPER[name], strict=True)))
-    table.add_row("all", *(f"{sums[c]} / {p}" for c, p in zip(COUNTED, PAPER_ALL, strict=True)), style="bold")
+    table = Table(title=UNIT_TITLE)
+    for name in UNIT_COLUMNS:
+        table.add_column(name, justify="left" if name == "unit" else "right")
+    for row in unit_rows(counts):
+        table.add_row(*row, style="bold" if row[0] == "all" else None)
     console.print(table)
     (OUT / "units.json").write_text(json.dumps({k: dict(v) for k, v in counts.items()}, indent=1))
 
-    table = Table(title="SRAM of the elaborated RTU in KB, and the paper's (Sec. 4.1)")
-    for name in ("memory", "KB", "paper"):
+    table = Table(title=SRAM_TITLE)
+    for name in SRAM_COLUMNS:
         table.add_column(name, justify="left" if name == "memory" else "right")
-    bits = sram_bits()
-    for name, _, paper in PAPER_SRAM:
-        table.add_row(name, f"{bits[name] / 8192:.1f}", f"{paper:.2f}")
-    table.add_row("all", f"{sum(bits.values()) / 8192:.1f}", f"{PAPER_SRAM_ALL:.1f}", style="bold")
+    for row in sram_rows(sram_bits()):
+        table.add_row(*row, style="bold" if row[0] == "all" else None)
     console.print(table)
 
     if not args.quick:

@@ -329,6 +329,15 @@ package rc_pkg;
   } rtu_ev_t;
 
   // ---- what a simulation may watch: one struct a cycle and RTU, no hardware cost ---------------------
+  typedef struct packed {                  // the slot that ends in this cycle in a T&I pipeline
+    logic        valid;                    // it had a ray
+    logic [4:0]  ray;                      // which of the pipeline's
+    logic        lost;                     // to a miss
+    logic        two;                      // it took two traversal steps
+    logic        done;                     // the ray is finished
+    logic [15:0] slots;                    // slots it has taken, this one included
+    logic        out;                      // a hit left the pipeline; in the order in which rays finish
+  } tni_trace_t;
   typedef struct packed {
     logic      pri_valid;                  // a primary ray was issued for pixel (x, y)
     pri_t      pri;
@@ -339,6 +348,7 @@ package rc_pkg;
     depth_t    sec_depth;
     logic      hit_valid;                  // a ray finished
     hit_t      hit;
+    tni_trace_t [3:0] tni;                 // by pipeline
   } trace_t;
 
 endpackage

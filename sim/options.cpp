@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 #include "options.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -57,6 +58,15 @@ double probability(const std::string& option, const std::string& text) {
     throw UsageError(option + " must be at least 0 and below 1, is '" + text + "'");
   }
   return value;
+}
+
+// What a register was last set to.
+uint64_t written(const std::vector<RegisterWrite>& writes, uint32_t offset) {
+  uint64_t last = 0;
+  for (const RegisterWrite& w : writes) {
+    if (w.offset == offset) last = w.value;
+  }
+  return last;
 }
 }  // namespace
 
@@ -145,13 +155,7 @@ std::vector<RegisterWrite> read_registers(const std::string& path) {
 }
 
 std::vector<Region> frame_regions(const std::vector<RegisterWrite>& writes, uint32_t control) {
-  auto value = [&](uint32_t offset) -> uint64_t {
-    uint64_t last = 0;
-    for (const RegisterWrite& w : writes) {
-      if (w.offset == offset) last = w.value;
-    }
-    return last;
-  };
+  auto value = [&](uint32_t offset) -> uint64_t { return written(writes, offset); };
   std::vector<Region> regions;
   // Records of a region, from docs/seams.md; a region ends on a multiple of 64 bytes.
   auto add = [&](const char* name, uint32_t base, uint64_t bytes, bool writable = false) {
@@ -177,4 +181,17 @@ std::vector<Region> frame_regions(const std::vector<RegisterWrite>& writes, uint
   add("frame", reg::FB_BASE, stride * (value(reg::SIZE) >> 16), true);
   if (regions.back().hi > uint64_t(1) << 32) throw UsageError("the frame buffer does not fit in 4 GB");
   return regions;
+}
+
+uint64_t frame_pixels(const std::vector<RegisterWrite>& writes) {
+  const uint64_t size = written(writes, reg::SIZE), first = written(writes, reg::TILE_FIRST);
+  const uint64_t width = size & 0xFFFF, height = size >> 16, columns = (width + 15) / 16;
+  uint64_t pixels = 0, left = written(writes, reg::TILE_COUNT);
+  if (left == 0) left = UINT64_MAX;
+  for (uint64_t tile = (first >> 16 & 0xFFF) * columns + (first & 0xFFF); left > 0 && columns > 0; tile++, left--) {
+    const uint64_t x = tile % columns * 16, y = tile / columns * 16;
+    if (y >= height) break;
+    pixels += std::min<uint64_t>(16, width - x) * std::min<uint64_t>(16, height - y);
+  }
+  return pixels;
 }

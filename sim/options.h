@@ -38,3 +38,6 @@ std::vector<RegisterWrite> read_registers(const std::string& path);
 // What a frame with these registers may touch: worked out here and not in the RTL, to check the RTL.
 // control: as written to CTRL.
 std::vector<Region> frame_regions(const std::vector<RegisterWrite>& writes, uint32_t control);
+
+// Pixels that a frame with these registers renders: those of the picture, or of its range of tiles.
+uint64_t frame_pixels(const std::vector<RegisterWrite>& writes);

@@ -111,6 +111,8 @@ enum Offset : uint32_t {
   TBU_LINES = 0x1A0,
   TBU_ROWS = 0x1A4,
   TBU_WAITS = 0x1A8,
+  TILE_FIRST = 0x220,
+  TILE_COUNT = 0x224,
 };
 struct Name { const char* name; uint32_t offset; };
 inline constexpr Name NAMES[] = {
@@ -220,6 +222,9 @@ inline constexpr Name NAMES[] = {
   {"TBU_LINES", TBU_LINES},
   {"TBU_ROWS", TBU_ROWS},
   {"TBU_WAITS", TBU_WAITS},
+  {"TILE_FIRST", TILE_FIRST},
+  {"TILE_COUNT", TILE_COUNT},
 };
 inline constexpr uint32_t FIRST_COUNTER = 0x100;
+inline constexpr uint32_t END_COUNTERS = 0x200;
 }  // namespace reg

@@ -6,6 +6,7 @@
 #include <cinttypes>
 #include <cstdio>
 #include <cstring>
+#include <deque>
 #include <map>
 #include <memory>
 #include <string>
@@ -38,8 +39,48 @@ struct HitRecord {
   uint16_t x, y;
   uint8_t kind, light, hit, depth;   // kind: ray_kind_e of rc_pkg.sv
   uint32_t tri, t, beta, gamma;
+  uint16_t slots, lost, twos, zero;
 };
-static_assert(sizeof(HitRecord) == 24);
+static_assert(sizeof(HitRecord) == 32);
+
+// What a ray took in the T&I unit: slots, of these lost to misses and with two traversal steps.
+struct Work {
+  uint16_t slots = 0, lost = 0, twos = 0;
+};
+
+// Follows the slots of a T&I unit's four pipelines. Rays leave a pipeline in the order in which they finish, and hits leave the
+// unit in the order in which they leave the pipelines, one a cycle: so no name has to go with a count.
+class SlotTrace {
+ public:
+  // What a cycle brings, a bit a pipeline; ray has 8 bits a pipeline, count 16.
+  void step(unsigned valid, unsigned lost, unsigned two, unsigned done, unsigned out, uint32_t ray, uint64_t count) {
+    if (!(valid | out)) return;
+    for (int p = 0; p < 4; p++) {
+      if (out >> p & 1 && !finished_[p].empty()) {
+        leaving_.push_back(finished_[p].front());
+        finished_[p].pop_front();
+      }
+      if (!(valid >> p & 1)) continue;
+      Work& w = work_[p][ray >> 8 * p & 31];
+      w.lost += lost >> p & 1;
+      w.twos += two >> p & 1;
+      if (done >> p & 1) {
+        w.slots = uint16_t(count >> 16 * p);
+        finished_[p].push_back(std::exchange(w, {}));
+      }
+    }
+  }
+  Work leave() {                 // of the hit that leaves the unit
+    if (leaving_.empty()) return {};
+    const Work w = leaving_.front();
+    leaving_.pop_front();
+    return w;
+  }
+
+ private:
+  Work work_[4][32];             // of the rays in each pipeline
+  std::deque<Work> finished_[4], leaving_;   // of rays that are finished, of hits on their way out
+};
 
 // The pixel of a ray index and the ray that is under way for it.
 struct Pixel {
@@ -100,6 +141,7 @@ class Simulation {
   std::unique_ptr<VerilatedFstC> waves_;
 #endif
   Pixel pixel_[256];             // by ray index
+  SlotTrace slots_;
   std::map<uint32_t, uint32_t> counters_;
   uint32_t error_code_ = 0, error_addr_ = 0;
   uint64_t cycle_ = 0, last_life_ = 0;
@@ -119,9 +161,7 @@ Simulation::Simulation(const Options& options, VerilatedContext& context)
       memory_after_(options.memory_after) {
   memory_config_.beat_bytes = sizeof top_->m_axi_rdata;
   memory_ = std::make_unique<AxiMemory>(memory_config_, read_file(options.image), frame_regions(writes_, options.control));
-  for (const RegisterWrite& w : writes_) {
-    if (w.offset == reg::SIZE) pixels_total_ = uint64_t(w.value & 0xFFFF) * (w.value >> 16);
-  }
+  pixels_total_ = frame_pixels(writes_);
   if (!options.waves.empty()) {
 #if VM_TRACE_FST
     Output(options.waves).close();   // the FST writer does not say if it cannot
@@ -194,14 +234,18 @@ void Simulation::tick() {
 
 void Simulation::trace_rays() {
   const Vtop& t = *top_;
+  if (hits_) {
+    slots_.step(t.slot_valid_o, t.slot_lost_o, t.slot_two_o, t.slot_done_o, t.slot_out_o, t.slot_ray_o, t.slot_count_o);
+  }
   if (t.hit_valid_o) {           // before the events that may give its index away again
     const Pixel& p = pixel_[t.hit_id_o];
     rays_[p.kind][p.depth]++;
     rays_total_++;
     last_life_ = cycle_;
     if (hits_) {
+      const Work w = slots_.leave();
       const HitRecord record{p.x, p.y, p.kind, p.light, t.hit_hit_o, p.depth,
-                             t.hit_tri_o, t.hit_t_o, t.hit_beta_o, t.hit_gamma_o};
+                             t.hit_tri_o, t.hit_t_o, t.hit_beta_o, t.hit_gamma_o, w.slots, w.lost, w.twos, 0};
       hits_.write(&record, sizeof record);
     }
   }
@@ -334,7 +378,7 @@ void Simulation::run() {
   if (progress_shown_) show_progress(true);
 
   for (const reg::Name& r : reg::NAMES) {
-    if (r.offset >= reg::FIRST_COUNTER) counters_[r.offset] = read_register(r.offset);
+    if (r.offset >= reg::FIRST_COUNTER && r.offset < reg::END_COUNTERS) counters_[r.offset] = read_register(r.offset);
   }
   const uint32_t status = read_register(reg::STATUS);
   const uint32_t code = error_code_ = read_register(reg::ERROR);
@@ -365,7 +409,7 @@ void Simulation::write_stats() {
   std::fprintf(f, "{\n  \"counters\": {");
   const char* sep = "\n";
   for (const reg::Name& r : reg::NAMES) {
-    if (r.offset < reg::FIRST_COUNTER) continue;
+    if (r.offset < reg::FIRST_COUNTER || r.offset >= reg::END_COUNTERS) continue;
     std::fprintf(f, "%s    \"%s\": %" PRIu32, sep, r.name, counters_[r.offset]);
     sep = ",\n";
   }

@@ -4,7 +4,11 @@
 module rc_sim_top import rc_pkg::*; #(
   parameter int unsigned DataW = 64,       // memory bus, bits
   parameter bit          Tbu   = 1'b0,     // with the tree builder
-  parameter int unsigned Cap   = 1280      // references of a sorting pipeline
+  parameter int unsigned Cap   = 1280,     // references of a sorting pipeline
+  parameter int unsigned NtSets   = 128,  // caches, as in rc_rtu
+  parameter int unsigned ListSets = 64,
+  parameter int unsigned L2Sets   = 256,
+  parameter int unsigned L2Ways   = 13
 ) (
   input  logic               clk_i,
   input  logic               rst_ni,
@@ -71,12 +75,19 @@ module rc_sim_top import rc_pkg::*; #(
   output idx_t               hit_tri_o,
   output fp_t                hit_t_o,
   output fp_t                hit_beta_o,
-  output fp_t                hit_gamma_o
+  output fp_t                hit_gamma_o,
+  output logic [3:0]         slot_valid_o,   // by T&I pipeline
+  output logic [3:0]         slot_lost_o,
+  output logic [3:0]         slot_two_o,
+  output logic [3:0]         slot_done_o,
+  output logic [3:0]         slot_out_o,
+  output logic [3:0][7:0]    slot_ray_o,
+  output logic [3:0][15:0]   slot_count_o
 );
   trace_t trace;
   logic   unused_arid, unused_awid;        // one ID: the memory answers in order
 
-  rc_top #(.DataW(DataW), .Tbu(Tbu), .Cap(Cap)) u_top (
+  rc_top #(.DataW(DataW), .Tbu(Tbu), .Cap(Cap), .NtSets(NtSets), .ListSets(ListSets), .L2Sets(L2Sets), .L2Ways(L2Ways)) u_top (
     .*, .m_axi_arid(unused_arid), .m_axi_rid(1'b0), .m_axi_awid(unused_awid), .m_axi_bid(1'b0), .trace_o(trace)
   );
 
@@ -86,5 +97,10 @@ module rc_sim_top import rc_pkg::*; #(
   assign {hit_valid_o, hit_id_o, hit_hit_o} = {trace.hit_valid, trace.hit.id, trace.hit.hit};
   assign {hit_tri_o, hit_t_o, hit_beta_o, hit_gamma_o} =
          {trace.hit.tri_idx, trace.hit.t, trace.hit.beta, trace.hit.gamma};
+  for (genvar p = 0; p < 4; p++) begin : gen_slot
+    assign {slot_valid_o[p], slot_lost_o[p], slot_two_o[p], slot_done_o[p], slot_out_o[p]} =
+           {trace.tni[p].valid, trace.tni[p].lost, trace.tni[p].two, trace.tni[p].done, trace.tni[p].out};
+    assign {slot_ray_o[p], slot_count_o[p]} = {3'b0, trace.tni[p].ray, trace.tni[p].slots};
+  end
 
 endmodule

@@ -22,7 +22,7 @@ def pins(name):
     return [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
 
 
-@pytest.mark.parametrize("name", ["render", "dev", "mitsuba"])
+@pytest.mark.parametrize("name", ["render", "dev", "mitsuba", "cluster"])
 def test_requirements_are_pinned_with_hashes(name):
     lines = pins(name)
     assert len(lines) > (1 if name == "mitsuba" else 10)
@@ -30,7 +30,7 @@ def test_requirements_are_pinned_with_hashes(name):
         assert re.fullmatch(r"[\w.-]+(\[[\w,]+\])?==\S+(\s+;[^#]*?)?(\s+--hash=sha256:[0-9a-f]{64})+\s*", line), line[:80]
 
 
-@pytest.mark.parametrize("name", ["render", "dev", "mitsuba"])
+@pytest.mark.parametrize("name", ["render", "dev", "mitsuba", "cluster"])
 def test_requirements_name_no_host(name):
     text = (REPO / "requirements" / f"{name}.txt").read_text()
     assert not re.search(r"https?:|--index|--extra-index|--find-links|--trusted-host|@ ", text)
@@ -43,7 +43,7 @@ def test_both_sets_agree():
 
 
 def test_every_pin_of_the_inputs_is_in_the_outputs():
-    for name in ("render", "dev", "mitsuba"):
+    for name in ("render", "dev", "mitsuba", "cluster"):
         wanted = [s for line in (REPO / f"requirements/{name}.in").read_text().splitlines()
                   if (s := line.split("#")[0].strip()) and not s.startswith("-")]
         have = " ".join(pins(name)).lower()

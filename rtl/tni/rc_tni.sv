@@ -31,6 +31,7 @@ module rc_tni import rc_pkg::*; #(
   output logic       err_valid_o,
   output err_t       err_o,
   output tni_ev_t [NumPipes-1:0] ev_o,
+  output tni_trace_t [NumPipes-1:0] trace_o,   // for simulations
   output logic       ev_l2_hit_o,
   output logic       ev_l2_miss_o          // also what is already on its way
 );
@@ -75,7 +76,7 @@ module rc_tni import rc_pkg::*; #(
       .fill_valid_i({l1_fill_valid[NumPipes+p], l1_fill_valid[p]}),
       .fill_ready_o({l1_fill_ready[NumPipes+p], l1_fill_ready[p]}),
       .fill_addr_i(fill_addr), .fill_both_i(fill_both), .fill_line_i(fill_line),
-      .err_valid_o(pipe_err_valid[p]), .err_o(pipe_err[p]), .ev_o(ev_o[p]));
+      .err_valid_o(pipe_err_valid[p]), .err_o(pipe_err[p]), .ev_o(ev_o[p]), .trace_o(trace_o[p]));
   end
 
   logic l2_miss, l2_merge, unused_l2_busy;

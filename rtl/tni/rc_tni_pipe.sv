@@ -34,7 +34,8 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   input  line_t            fill_line_i,
   output logic       err_valid_o,
   output err_t       err_o,
-  output tni_ev_t    ev_o
+  output tni_ev_t    ev_o,
+  output tni_trace_t trace_o               // for simulations
 );
   // ---- the ring ------------------------------------------------------------------------------------------
   logic   [P_TOP:1] v_q;                   // a ray is here
@@ -286,6 +287,9 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
     ev_o.ray_in    = in_valid_i && in_ready_o;
     ev_o.ray_out   = out_valid_o && out_ready_i;
   end
+  assign trace_o = '{
+    valid: v_q[P_END], ray: s.slot, lost: !act, two: ev_o.trav2, done: next_done, slots: next.slots, out: ev_o.ray_out
+  };
 `ifndef SYNTHESIS
   always_ff @(posedge clk_i) begin
     if (v_q[P_OPER] && a_q[P_OPER] && so.mode == TRAV) InRange_A: assert (what_oper < cfg_i.node_count);

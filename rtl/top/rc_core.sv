@@ -4,7 +4,11 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   parameter int unsigned DataW = 64,         // memory bus: 64, 128 or 256 bits
   parameter int unsigned IdW   = 1,          // memory bus: bits of an ID
   parameter bit          Tbu   = 1'b1,       // with the tree builder
-  parameter int unsigned Cap   = 1280        // references of a sorting pipeline of the tree builder
+  parameter int unsigned Cap   = 1280,       // references of a sorting pipeline of the tree builder
+  parameter int unsigned NtSets   = 128,  // caches, as in rc_rtu
+  parameter int unsigned ListSets = 64,
+  parameter int unsigned L2Sets   = 256,
+  parameter int unsigned L2Ways   = 13
 ) (
   input  logic               clk_i,
   input  logic               rst_ni,
@@ -168,9 +172,10 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   rc_dispatch #(.NumRtus(1)) u_dispatch (
     .clk_i, .rst_ni(unit_rst_n), .start_i(trace_start),
     .width_i(setup_i.frame.width), .height_i(setup_i.frame.height),
+    .tile_x_i(setup_i.tile_x), .tile_y_i(setup_i.tile_y), .tile_count_i(setup_i.tile_count),
     .blk_valid_o(blk_valid), .blk_ready_i(blk_ready), .blk_o(blk), .all_sent_o(all_sent)
   );
-  rc_rtu u_rtu (
+  rc_rtu #(.NtSets(NtSets), .ListSets(ListSets), .L2Sets(L2Sets), .L2Ways(L2Ways)) u_rtu (
     .clk_i, .rst_ni(unit_rst_n),
     .tree_i(tree), .camera_i(setup_i.camera), .shade_i(shade_cfg), .frame_i(setup_i.frame),
     .blk_valid_i(blk_valid), .blk_ready_o(blk_ready), .blk_i(blk),

@@ -75,6 +75,7 @@ module rc_csr import rc_pkg::*, rc_top_pkg::*; (
       rgb10:   hw.FB_FORMAT.rgb10.value,
       width:   hw.SIZE.width.value,          height:    hw.SIZE.height.value
     },
+    tile_x: hw.TILE_FIRST.x.value, tile_y: hw.TILE_FIRST.y.value, tile_count: hw.TILE_COUNT.value.value,
     background: {hw.BACKGROUND_B.value.value, hw.BACKGROUND_G.value.value, hw.BACKGROUND_R.value.value},
     shadows:     hw.OPTIONS.shadows.value,   trilinear:   hw.OPTIONS.trilinear.value,
     max_depth:   hw.MAX_DEPTH.value.value,   min_weight:  hw.MIN_WEIGHT.value.value,

@@ -68,6 +68,7 @@ module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
   done_t     done;
   logic      tni_err_valid, shade_err_valid;
   err_t      tni_err, shade_err;
+  tni_trace_t [3:0] tni_trace;
 
   rc_setup u_setup (
     .clk_i, .rst_ni, .width_i(frame_i.width), .height_i(frame_i.height), .blk_valid_i, .blk_ready_o, .blk_i,
@@ -88,7 +89,7 @@ module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
     .out_valid_o(hit_valid), .out_ready_i(hit_ready), .out_o(hit),
     .req_valid_o(tni_req_valid_o), .req_ready_i(tni_req_ready_i), .req_addr_o(tni_req_addr_o),
     .rsp_valid_i(tni_rsp_valid_i), .rsp_half_i(tni_rsp_half_i),
-    .err_valid_o(tni_err_valid), .err_o(tni_err), .ev_o(ev_o.tni), .ev_l2_hit_o(ev_o.l2_hit),
+    .err_valid_o(tni_err_valid), .err_o(tni_err), .ev_o(ev_o.tni), .trace_o(tni_trace), .ev_l2_hit_o(ev_o.l2_hit),
     .ev_l2_miss_o(ev_o.l2_miss)
   );
 
@@ -125,6 +126,6 @@ module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
   assign trace_o = '{
     pri_valid: pri_valid && pri_ready, pri: pri,
     sec_valid: sec_valid && sec_ready, sec_id: sec.id, sec_kind: sec.kind, sec_light: sec.light, sec_depth: sec.depth,
-    hit_valid: hit_valid && hit_ready, hit: hit
+    hit_valid: hit_valid && hit_ready, hit: hit, tni: tni_trace
   };
 endmodule

@@ -81,6 +81,8 @@ module rc_setup_check import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg:
     end
     if (setup_i.tree.node_count == '0) {bad, bad_reg} = {1'b1, 32'h54};
     if (render_i) begin
+      if ({setup_i.tile_x, 4'b0} >= setup_i.frame.width || {setup_i.tile_y, 4'b0} >= setup_i.frame.height)
+        {bad, bad_reg} = {1'b1, 32'h220};
       if (p1_frame_end_q > FRAME_W'(ALL_LINES)) {bad, bad_reg} = {1'b1, 32'h24};
       if (setup_i.frame.fb_stride < (19'(setup_i.frame.width) + 19'd7) >> 3) {bad, bad_reg} = {1'b1, 32'h28};
       if (setup_i.frame.width == '0 || setup_i.frame.height == '0) {bad, bad_reg} = {1'b1, 32'h20};

@@ -5,7 +5,11 @@ module rc_top import rc_pkg::*; import rc_top_pkg::*; #(
   parameter int unsigned DataW = 64,         // memory bus: 64, 128 or 256 bits
   parameter int unsigned IdW   = 1,          // memory bus: bits of an ID
   parameter bit          Tbu   = 1'b1,       // with the tree builder
-  parameter int unsigned Cap   = 1280        // references of a sorting pipeline of the tree builder
+  parameter int unsigned Cap   = 1280,       // references of a sorting pipeline of the tree builder
+  parameter int unsigned NtSets   = 128,  // caches, as in rc_rtu
+  parameter int unsigned ListSets = 64,
+  parameter int unsigned L2Sets   = 256,
+  parameter int unsigned L2Ways   = 13
 ) (
   input  logic               clk_i,
   input  logic               rst_ni,
@@ -79,7 +83,9 @@ module rc_top import rc_pkg::*; import rc_top_pkg::*; #(
     .render_o(render), .build_o(build), .setup_o(setup), .status_i(status), .end_i(frame_end),
     .counters_i(counters), .tbu_root_i(tbu_root), .tbu_stat_i(tbu_stat), .irq_o
   );
-  rc_core #(.DataW(DataW), .IdW(IdW), .Tbu(Tbu), .Cap(Cap)) u_core (
+  rc_core #(
+    .DataW(DataW), .IdW(IdW), .Tbu(Tbu), .Cap(Cap), .NtSets(NtSets), .ListSets(ListSets), .L2Sets(L2Sets), .L2Ways(L2Ways)
+  ) u_core (
     .clk_i, .rst_ni, .render_i(render), .build_i(build), .setup_i(setup), .status_o(status), .end_o(frame_end),
     .counters_o(counters), .tbu_root_o(tbu_root), .tbu_stat_o(tbu_stat), .trace_o,
     .m_axi_arid, .m_axi_araddr, .m_axi_arlen, .m_axi_arsize, .m_axi_arburst, .m_axi_arvalid, .m_axi_arready,

@@ -10,6 +10,9 @@ package rc_top_pkg;
     tree_cfg_t   tree;
     camera_t     camera;
     frame_cfg_t  frame;
+    logic [11:0] tile_x;                     // first tile of 16x16 pixels, and how many
+    logic [11:0] tile_y;
+    logic [23:0] tile_count;
     vec3_t       background;
     logic        shadows;
     logic        trilinear;

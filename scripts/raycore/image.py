@@ -20,6 +20,7 @@ from raycore.scene import Camera, Light, Normalised, Scene, default_camera, defa
 WORD_BITS = 60  # used bits of a 64-bit word in memory
 ALIGN = 64  # bases and ends of regions
 FIRST_ADDRESS = 0x1000  # so that a stray zero address lies in no region
+TILE = pixbuf.TILE * pixbuf.BLOCK  # pixels a side of a tile
 MAX_LIGHTS = 16
 MAX_MATERIALS = 256
 MAX_SHININESS = 1024.0
@@ -514,6 +515,25 @@ def build_image(scene, view=None, params=None, room=None):
     for name, parts in vectors.items():
         registers |= {name + c: int(fp24.to_bits(fp24.round_to_fp24(np.float64(v)))) for c, v in parts.items()}
     return Image(geometry, view, memory, registers, regions, float(slack.mean()), room)
+
+
+def tile_range(image, first, count):
+    """Registers that limit a frame to a range of its tiles of 16x16 pixels, in raster order.
+
+    Args: image `Image`; first: number of the first tile; count: how many.
+    Returns: {register: value} to add to those of the image.
+    Raises: OptionError if the picture does not have them.
+    """
+    columns, tiles = -(-image.view.width // TILE), tile_count(image.view)
+    if not (0 <= first < tiles and 1 <= count <= tiles - first):
+        raise OptionError(f"tiles {first} to {first + count - 1} are not in a picture of {tiles} tiles")
+    y, x = divmod(first, columns)
+    return {"TILE_FIRST": regs.pack("TILE_FIRST", x=x, y=y), "TILE_COUNT": count}
+
+
+def tile_count(view):
+    """Tiles of 16x16 pixels in a view's picture, those at its edges included."""
+    return -(-view.width // TILE) * -(-view.height // TILE)
 
 
 # ---- reading an image back -----------------------------------------------------------------------------------------------

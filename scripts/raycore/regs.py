@@ -108,6 +108,8 @@ OFFSETS = {
     "TBU_LINES": 0x1A0,
     "TBU_ROWS": 0x1A4,
     "TBU_WAITS": 0x1A8,
+    "TILE_FIRST": 0x220,
+    "TILE_COUNT": 0x224,
 }
 
 # register: {field: (lowest bit, width, access)}
@@ -218,6 +220,8 @@ FIELDS = {
     "TBU_LINES": {"value": (0, 32, "RO")},
     "TBU_ROWS": {"value": (0, 32, "RO")},
     "TBU_WAITS": {"value": (0, 32, "RO")},
+    "TILE_FIRST": {"x": (0, 12, "RW"), "y": (16, 12, "RW")},
+    "TILE_COUNT": {"value": (0, 24, "RW")},
 }
 
 COUNTERS = (

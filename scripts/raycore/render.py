@@ -46,17 +46,23 @@ def _primary(result, view):
     return tri, t
 
 
-def render(image, engine="rtl", memory=None, hits=False, **simulation):
+def render(image, engine="rtl", memory=None, hits=False, jobs=1, **simulation):
     """Render an image.
 
     Args: image `image.Image`; engine: "rtl" (Verilator), "model" (bit-exact reference) or "double"; memory `sim.Memory`;
-        hits: keep the hit records; simulation: more arguments of `sim.run_frame`.
+        hits: keep the hit records; jobs: parts to simulate side by side (`parts.run_frame`), by the RTL only; simulation: more
+        arguments of `sim.run_frame`, for one part only.
     Returns: `Rendered`; without hits the RTL leaves tri and t empty.
     Raises: SimError, and what `sim.run_frame` raises.
     """
     memory, began = memory or sim.Memory(), time.perf_counter()
     if engine == "rtl":
-        result = sim.run_frame(image.memory, image.registers, memory=memory, hits=hits, **simulation)
+        if jobs > 1:
+            from raycore import parts
+
+            result = parts.run_frame(image, memory, hits, jobs)
+        else:
+            result = sim.run_frame(image.memory, image.registers, memory=memory, hits=hits, **simulation)
         tri, t = _primary(result, image.view) if hits else (None, None)
         return Rendered(engine, image, result.frame, tri, t, memory, result, None, time.perf_counter() - began)
     from raycore.model import frame as frames  # compiles for half a minute the first time
@@ -190,6 +196,8 @@ def stats(rendered, **more):
         }
         out["counters"] = c
         out["simulation"] = rendered.result.stats.get("sim", {})
+        if "parts" in rendered.result.stats:
+            out["parts"] = rendered.result.stats["parts"]
     out["seconds"] = {n: round(s, 3) for n, s in (image.geometry.seconds | {"render": rendered.seconds}).items()}
     out["config"] = config(rendered, **more)
     return out
@@ -211,7 +219,8 @@ def summary(values):
         levels = [sum(d[i] for d in values["rays_by_depth"].values() if i < len(d)) for i in range(deepest + 1)]
         out.append(("rays by depth", ", ".join(f"{n:,}" for n in levels)))
     if values["cycles"] is not None:
-        out.append(("cycles", f"{values['cycles']:,}"))
+        parts = f", sum of {values['parts']} parts, caches cold in each" if "parts" in values else ""
+        out.append(("cycles", f"{values['cycles']:,}{parts}"))
         if "tbu" in values:
             b = values["tbu"]
             out.append(("  of these to build the tree", f"{b['cycles']:,}, {b['cycles_per_triangle']:.1f} a triangle"))

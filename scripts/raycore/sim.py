@@ -23,10 +23,12 @@ from raycore.toolchain import BUILD, REPO
 
 MEM_WIDTHS = (64, 128, 256)
 
-# One finished ray, as sim/rc_sim.cpp writes it; t, beta and gamma are FP24 bit patterns. kind: see RAY_KINDS.
+# One finished ray, as sim/rc_sim.cpp writes it; t, beta and gamma are FP24 bit patterns. kind: see RAY_KINDS. slots: what it
+# took in the T&I unit, lost: of these to misses, twos: with two traversal steps.
 HIT_DTYPE = np.dtype([
     ("x", "<u2"), ("y", "<u2"), ("kind", "u1"), ("light", "u1"), ("hit", "u1"), ("depth", "u1"),
-    ("tri", "<u4"), ("t", "<u4"), ("beta", "<u4"), ("gamma", "<u4")])
+    ("tri", "<u4"), ("t", "<u4"), ("beta", "<u4"), ("gamma", "<u4"),
+    ("slots", "<u2"), ("lost", "<u2"), ("twos", "<u2"), ("zero", "<u2")])
 
 RENDER, BUILD_TREE = 1, 2  # bits of CTRL: render a picture, build the tree (before it)
 RAY_KINDS = ("primary", "shadow", "reflect", "transmit")  # ray_kind_e of rc_pkg.sv
@@ -86,16 +88,17 @@ def rtl_sources(file_list: Path = REPO / "rtl/rc.f") -> list[Path]:
 
 
 def build(*, mem_width: int = 64, waves: bool = False, tbu: bool = False, cap: int = 1280,
-          sources: Sequence[Path] | None = None) -> Path:
+          caches: Mapping[str, int] | None = None, sources: Sequence[Path] | None = None) -> Path:
     """The harness's executable, made if a source has changed (about a minute, seconds from ccache).
 
     Args: mem_width, bits of the memory bus; waves: with FST tracing, which runs several times slower;
-        tbu: with the tree builder, whose sorting pipelines hold `cap` references; sources: RTL to use instead of rtl/rc.f.
+        tbu: with the tree builder, whose sorting pipelines hold `cap` references; caches: parameters of the caches by
+        name, others keep their defaults: NtSets, ListSets, L2Sets, L2Ways; sources: RTL to use instead of rtl/rc.f.
     Raises: ToolchainError if the build fails.
     """
     sim = REPO / "sim"
     files = [*sorted((REPO / "lint").glob("*.vlt")), sim / "watch.vlt", *(sources or rtl_sources()), sim / "rc_sim_top.sv"]
-    parameters = {"DataW": mem_width} | ({"Tbu": 1, "Cap": cap} if tbu else {})
+    parameters = {"DataW": mem_width} | ({"Tbu": 1, "Cap": cap} if tbu else {}) | dict(caches or {})
     return build_verilated(
         "rc_sim_top", files, [sim / "rc_sim.cpp", sim / "axi_memory.cpp", sim / "options.cpp"], includes=[sim],
         parameters=parameters, build_args=["--x-assign", "fast", "--x-initial", "fast"], trace=waves)
@@ -105,7 +108,8 @@ def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memo
               waves: Path | None = None, waves_from: int = 0, waves_cycles: int | None = None,
               faults: Iterable[tuple[str, int]] = (), max_cycles: int | None = None, watchdog: int | None = None,
               progress: bool | None = None, sources: Sequence[Path] | None = None, control: int = RENDER,
-              tbu: bool | None = None, cap: int = 1280, keep_memory: bool = False) -> SimResult:
+              tbu: bool | None = None, cap: int = 1280, caches: Mapping[str, int] | None = None,
+              keep_memory: bool = False) -> SimResult:
     """Run one frame.
 
     Args:
@@ -114,7 +118,7 @@ def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memo
         faults: errors of the memory, such as ("slverr-at", 3): see docs/simulation.md.
         max_cycles, watchdog: give up after so many cycles, or so many in which nothing happens.
         progress: show a progress line (default: if stderr is a terminal); sources: as in build.
-        control: RENDER, BUILD_TREE or both; tbu, cap: as in build (default: with the tree builder if it is to build).
+        control: RENDER, BUILD_TREE or both; tbu, cap, caches: as in build (default: with the tree builder if it is to build).
         keep_memory: return the memory as the frame left it.
     Raises: FrameError if the frame ends with STATUS.error; OptionError for registers that do not exist or paths that
         cannot be written; SimError if the RTL hangs, breaks a rule of AXI or leaves its regions, or an assertion fails;
@@ -126,7 +130,7 @@ def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memo
         if not 0 <= int(value) < 1 << 32:
             raise OptionError(f"register {name}: {value} does not fit in 32 bits")
     tbu = bool(control & BUILD_TREE) if tbu is None else tbu
-    exe = build(mem_width=memory.width, waves=waves is not None, tbu=tbu, cap=cap, sources=sources)
+    exe = build(mem_width=memory.width, waves=waves is not None, tbu=tbu, cap=cap, caches=caches, sources=sources)
     show = sys.stderr.isatty() if progress is None else progress
     with tempfile.TemporaryDirectory(prefix="raycore-") as folder:
         work = Path(folder)

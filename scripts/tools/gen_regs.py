@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RDL = ROOT / "rtl/top/rc_regs.rdl"
 SPDX = "SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1"
 ORIGIN = "Generated from rtl/top/rc_regs.rdl by scripts/tools/gen_regs.py: do not edit."
-FIRST_COUNTER = 0x100  # counters fill the end of the map
+FIRST_COUNTER, END_COUNTERS = 0x100, 0x200  # set-up registers lie before and behind counters
 
 
 def elaborate(rdl: Path) -> AddrmapNode:
@@ -68,7 +68,7 @@ def python(regs: list[RegNode]) -> str:
     for reg in regs:
         fields = ", ".join(f'"{f.inst_name}": ({f.low}, {f.width}, "{access(f)}")' for f in reg.fields())
         lines.append(f'    "{reg.inst_name}": {{{fields}}},')
-    names = [r.inst_name for r in regs if r.address_offset >= FIRST_COUNTER]
+    names = [r.inst_name for r in regs if FIRST_COUNTER <= r.address_offset < END_COUNTERS]
     lines += ["}", "", "COUNTERS = ("] + [f'    "{name}",' for name in names] + [")", "", ""]
     lines += [
         "def pack(register: str, **values: int) -> int:",
@@ -95,7 +95,8 @@ def header(regs: list[RegNode]) -> str:
     lines += ["enum Offset : uint32_t {"] + [f"  {r.inst_name} = 0x{r.address_offset:03X}," for r in regs] + ["};"]
     lines += ["struct Name { const char* name; uint32_t offset; };", "inline constexpr Name NAMES[] = {"]
     lines += [f'  {{"{r.inst_name}", {r.inst_name}}},' for r in regs] + ["};"]
-    lines += [f"inline constexpr uint32_t FIRST_COUNTER = 0x{FIRST_COUNTER:03X};", "}  // namespace reg"]
+    lines += [f"inline constexpr uint32_t FIRST_COUNTER = 0x{FIRST_COUNTER:03X};"]
+    lines += [f"inline constexpr uint32_t END_COUNTERS = 0x{END_COUNTERS:03X};", "}  // namespace reg"]
     return "\n".join(lines) + "\n"
 
 

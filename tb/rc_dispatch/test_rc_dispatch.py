@@ -19,22 +19,33 @@ async def start(dut):
     Clock(dut.clk_i, 10, unit="ns").start()
     dut.rst_ni.value = dut.start_i.value = dut.blk_ready_i.value = 0
     dut.width_i.value = dut.height_i.value = 0
+    dut.tile_x_i.value = dut.tile_y_i.value = dut.tile_count_i.value = 0
     for _ in range(3):
         await RisingEdge(dut.clk_i)
     dut.rst_ni.value = 1
 
 
-async def frame(dut, width, height, ready):
-    """One frame. `ready()` gives the mask of RTUs that ask in a cycle.
+def blocks_of(width, height, first=0, count=0):
+    """Blocks of a range of tiles: those of the picture whose tile's number, from the top left one on, is in the range."""
+    columns = -(-width // 16)
+    last = first + count if count else 1 << 24
+    order = [tuple(b) for b in pixbuf.block_order(width, height).tolist()]
+    return [(x, y) for x, y in order if first <= y // 2 * columns + x // 2 < last]
+
+
+async def frame(dut, width, height, ready, first=0, count=0):
+    """One frame, or `count` of its tiles from number `first` on. `ready()` gives the mask of RTUs that ask in a cycle.
 
     Returns: a list of (cycle, rtu, (x, y)) as blocks were taken, and the cycles it took.
     """
     rtus = int(os.environ["RTUS"])
     dut.width_i.value, dut.height_i.value = width, height
+    dut.tile_y_i.value, dut.tile_x_i.value = divmod(first, max(-(-width // 16), 1))
+    dut.tile_count_i.value = count
     dut.start_i.value, dut.blk_ready_i.value = 1, 0
     await RisingEdge(dut.clk_i)
     dut.start_i.value = 0
-    taken, total = [], len(pixbuf.block_order(width, height))
+    taken, total = [], len(blocks_of(width, height, first, count))
     for cycle in range(40 * total + 2000):
         mask = ready()
         dut.blk_ready_i.value = mask
@@ -72,6 +83,24 @@ async def every_block_once(dut):
             # A block waits for its RTU in one register at most: the others never get more than that ahead of it.
             if rtus == 1:
                 assert [b for _, _, b in taken] == order
+
+
+@cocotb.test(timeout_time=50, timeout_unit="ms")
+async def range_of_tiles(dut):
+    """Any first tile and any number of them: those blocks and no others, and in order; 0 or too many: all that follow."""
+    rtus, rng = int(os.environ["RTUS"]), random.Random(cocotb.RANDOM_SEED)
+    await start(dut)
+    for width, height in SIZES + [(8 * rng.randrange(1, 30) + rng.randrange(8), rng.randrange(1, 200))]:
+        tiles = -(-width // 16) * -(-height // 16)
+        for count in {0, 1, tiles, tiles + 1, (1 << 24) - 1, rng.randint(1, tiles), rng.randint(1, tiles)}:
+            first = rng.choice([0, tiles - 1, min(max(tiles - count, 0), tiles - 1), rng.randrange(tiles)])
+            p, want = rng.choice([1.0, 0.3]), blocks_of(width, height, first, count)
+            taken, _ = await frame(dut, width, height, lambda p=p: sum((rng.random() < p) << i for i in range(rtus)),
+                                   first, count)
+            assert sorted(b for _, _, b in taken) == sorted(want), f"{width}x{height}: {count} tiles from {first} on"
+            for i in range(rtus):
+                mine = [want.index(b) for _, rtu, b in taken if rtu == i]
+                assert mine == sorted(mine), f"RTU {i} got blocks out of order"
 
 
 @cocotb.test(timeout_time=50, timeout_unit="ms")

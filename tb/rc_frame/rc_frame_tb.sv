@@ -30,7 +30,7 @@ module rc_frame_tb import rc_pkg::*, rc_rgen_pkg::*; (
   map_t      map;
   ray_id_t   free_id;
   rc_dispatch u_dispatch (
-    .clk_i, .rst_ni, .start_i, .width_i, .height_i,
+    .clk_i, .rst_ni, .start_i, .width_i, .height_i, .tile_x_i('0), .tile_y_i('0), .tile_count_i('0),
     .blk_valid_o(blk_valid), .blk_ready_i(blk_ready), .blk_o(blk), .all_sent_o
   );
   rc_setup u_setup (

@@ -6,7 +6,12 @@
 //                  + uv word 1 + root) + high 32 bits of texture word 7, ^ {y, x}
 // node word 7 = 1 reports ERR_NODE with the low bits of word 6; 2 asks for a line outside all windows;
 // 3 stops for ever; 4 asks for the line at the address in word 6.
-module rc_rtu import rc_pkg::*; (
+module rc_rtu import rc_pkg::*; #(
+  parameter int unsigned NtSets   = 2,       // it has no caches
+  parameter int unsigned ListSets = 2,
+  parameter int unsigned L2Sets   = 2,
+  parameter int unsigned L2Ways   = 2
+) (
   input  logic             clk_i,
   input  logic             rst_ni,
   input  tree_cfg_t        tree_i,

@@ -14,7 +14,7 @@ from raycore import regs
 from raycore.tbutil import run_cocotb
 
 ERR_NODE = 1
-SETUP = [name for name, at in regs.OFFSETS.items() if 0x020 <= at < 0x100]
+SETUP = [name for name, at in regs.OFFSETS.items() if 0x020 <= at < 0x100 or at >= 0x200]
 
 
 def described() -> dict[str, dict]:

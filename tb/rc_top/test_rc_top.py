@@ -57,6 +57,23 @@ def test_bus_width(seed):
         + 24 * (256 + 3 * 512) // mem_width
 
 
+@pytest.mark.parametrize("split", [1, 3, 5])
+def test_range_of_tiles(seed, split):
+    """Two frames of some tiles each leave together what one frame of all leaves, and each only its own part."""
+    made = scene(seed)                                               # 3 x 2 tiles of 16 x 16
+    whole = run(made, hits=True)
+    parts = []
+    for first, count in ((0, split), (split, 0)):
+        made.regs |= {"TILE_FIRST": first // 3 << 16 | first % 3, "TILE_COUNT": count}
+        parts.append(run(made, hits=True, memory=Memory(backpressure=0.2, seed=seed)))
+    y, x = np.mgrid[:27, :45] // 16
+    own = 3 * y + x < split
+    for part, inside in zip(parts, (own, ~own), strict=True):
+        np.testing.assert_array_equal(part.frame, np.where(inside, whole.frame, 0))
+        assert part.stats["counters"]["FB_ROWS"] == np.count_nonzero(inside[:, ::8])
+    np.testing.assert_array_equal(np.sort(np.concatenate([p.hits for p in parts])), np.sort(whole.hits))
+
+
 def test_full_tables(seed):
     """As many lights and materials as there may be."""
     made = scene(seed, lights=16, materials=256)
@@ -68,7 +85,8 @@ def test_full_tables(seed):
     ("NODE_ROOT", 64, 0x58), ("MAT_COUNT", 0, 0x74), ("MAT_COUNT", 257, 0x74), ("LIGHT_COUNT", 17, 0x7C),
     ("NODE_BASE", 0xFFFFFE40, 0x50), ("LIST_BASE", 0xFFFFFE80, 0x5C), ("ACCEL_BASE", 0xFFFFFF80, 0x64),
     ("INFO_BASE", 0xFFFFFF00, 0x6C), ("MAT_BASE", 0xFFFFFF00, 0x70), ("LIGHT_BASE", 0xFFFFFF80, 0x78),
-    ("UV_BASE", 0xFFFFFFC0, 0xD0), ("TEX_BASE", 0xFFFFFF40, 0xD8)])
+    ("UV_BASE", 0xFFFFFFC0, 0xD0), ("TEX_BASE", 0xFFFFFF40, 0xD8),
+    ("TILE_FIRST", 3, 0x220), ("TILE_FIRST", 2 << 16, 0x220), ("TILE_FIRST", 0xFFF << 16 | 0xFFF, 0x220)])
 def test_bad_setup(seed, register, value, blamed):
     """Registers that make no sense: nothing is read or written, the register is named."""
     made = scene(seed)
@@ -77,6 +95,19 @@ def test_bad_setup(seed, register, value, blamed):
         run(made)
     assert (info.value.code, info.value.addr) == (ERR_CONFIG, blamed)
     assert info.value.stats["axi"] == {"read_bursts": 0, "read_beats": 0, "write_bursts": 0, "write_beats": 0}
+
+
+@pytest.mark.parametrize("first, inside", [((2, 1), True), ((3, 0), False), ((0, 2), False)])
+def test_first_tile(seed, first, inside):
+    """The last tile of a picture without a part of a tile may be the first, the next ones to it may not."""
+    made = scene(seed, 48, 32)
+    made.regs["TILE_FIRST"] = first[1] << 16 | first[0]
+    if inside:
+        assert run(made).stats["counters"]["FB_ROWS"] == 2 * 16
+    else:
+        with pytest.raises(FrameError) as info:
+            run(made)
+        assert (info.value.code, info.value.addr) == (ERR_CONFIG, 0x220)
 
 
 def test_no_builder(seed):

@@ -333,6 +333,8 @@ module rc_regs (
         logic TBU_LINES;
         logic TBU_ROWS;
         logic TBU_WAITS;
+        logic TILE_FIRST;
+        logic TILE_COUNT;
     } decoded_reg_strb_t;
     decoded_reg_strb_t decoded_reg_strb;
     logic decoded_err;
@@ -559,6 +561,10 @@ module rc_regs (
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h1a4);
         decoded_reg_strb.TBU_WAITS = cpuif_req_masked & (cpuif_addr == 12'h1a8) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h1a8);
+        decoded_reg_strb.TILE_FIRST = cpuif_req_masked & (cpuif_addr == 12'h220);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h220);
+        decoded_reg_strb.TILE_COUNT = cpuif_req_masked & (cpuif_addr == 12'h224);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h224);
         decoded_err = ~is_valid_addr & decoded_req;
     end
 
@@ -947,6 +953,22 @@ module rc_regs (
                 logic load_next;
             } value;
         } TBU_HI_Z;
+        struct {
+            struct {
+                logic [11:0] next;
+                logic load_next;
+            } x;
+            struct {
+                logic [11:0] next;
+                logic load_next;
+            } y;
+        } TILE_FIRST;
+        struct {
+            struct {
+                logic [23:0] next;
+                logic load_next;
+            } value;
+        } TILE_COUNT;
     } field_combo_t;
     field_combo_t field_combo;
 
@@ -1261,6 +1283,19 @@ module rc_regs (
                 logic [17:0] value;
             } value;
         } TBU_HI_Z;
+        struct {
+            struct {
+                logic [11:0] value;
+            } x;
+            struct {
+                logic [11:0] value;
+            } y;
+        } TILE_FIRST;
+        struct {
+            struct {
+                logic [23:0] value;
+            } value;
+        } TILE_COUNT;
     } field_storage_t;
     field_storage_t field_storage;
 
@@ -2748,6 +2783,75 @@ module rc_regs (
         end
     end
     assign hwif_out.TBU_HI_Z.value.value = field_storage.TBU_HI_Z.value.value;
+    // Field: rc_regs.TILE_FIRST.x
+    always_comb begin
+        automatic logic [11:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TILE_FIRST.x.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TILE_FIRST && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TILE_FIRST.x.value & ~decoded_wr_biten[11:0]) | (decoded_wr_data[11:0] & decoded_wr_biten[11:0]);
+            load_next_c = '1;
+        end
+        field_combo.TILE_FIRST.x.next = next_c;
+        field_combo.TILE_FIRST.x.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TILE_FIRST.x.value <= 12'h0;
+        end else begin
+            if(field_combo.TILE_FIRST.x.load_next) begin
+                field_storage.TILE_FIRST.x.value <= field_combo.TILE_FIRST.x.next;
+            end
+        end
+    end
+    assign hwif_out.TILE_FIRST.x.value = field_storage.TILE_FIRST.x.value;
+    // Field: rc_regs.TILE_FIRST.y
+    always_comb begin
+        automatic logic [11:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TILE_FIRST.y.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TILE_FIRST && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TILE_FIRST.y.value & ~decoded_wr_biten[27:16]) | (decoded_wr_data[27:16] & decoded_wr_biten[27:16]);
+            load_next_c = '1;
+        end
+        field_combo.TILE_FIRST.y.next = next_c;
+        field_combo.TILE_FIRST.y.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TILE_FIRST.y.value <= 12'h0;
+        end else begin
+            if(field_combo.TILE_FIRST.y.load_next) begin
+                field_storage.TILE_FIRST.y.value <= field_combo.TILE_FIRST.y.next;
+            end
+        end
+    end
+    assign hwif_out.TILE_FIRST.y.value = field_storage.TILE_FIRST.y.value;
+    // Field: rc_regs.TILE_COUNT.value
+    always_comb begin
+        automatic logic [23:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TILE_COUNT.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TILE_COUNT && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TILE_COUNT.value.value & ~decoded_wr_biten[23:0]) | (decoded_wr_data[23:0] & decoded_wr_biten[23:0]);
+            load_next_c = '1;
+        end
+        field_combo.TILE_COUNT.value.next = next_c;
+        field_combo.TILE_COUNT.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TILE_COUNT.value.value <= 24'h0;
+        end else begin
+            if(field_combo.TILE_COUNT.value.load_next) begin
+                field_storage.TILE_COUNT.value.value <= field_combo.TILE_COUNT.value.next;
+            end
+        end
+    end
+    assign hwif_out.TILE_COUNT.value.value = field_storage.TILE_COUNT.value.value;
 
     //--------------------------------------------------------------------------
     // Write response
@@ -2773,7 +2877,7 @@ module rc_regs (
             readback_data_var[31:0] = 32'h52435254;
         end
         if(rd_mux_addr == 12'h4) begin
-            readback_data_var[7:0] = 8'h3;
+            readback_data_var[7:0] = 8'h4;
             readback_data_var[15:8] = 8'h0;
         end
         if(rd_mux_addr == 12'hc) begin
@@ -3090,6 +3194,13 @@ module rc_regs (
         end
         if(rd_mux_addr == 12'h1a8) begin
             readback_data_var[31:0] = hwif_in.TBU_WAITS.value.next;
+        end
+        if(rd_mux_addr == 12'h220) begin
+            readback_data_var[11:0] = field_storage.TILE_FIRST.x.value;
+            readback_data_var[27:16] = field_storage.TILE_FIRST.y.value;
+        end
+        if(rd_mux_addr == 12'h224) begin
+            readback_data_var[23:0] = field_storage.TILE_COUNT.value.value;
         end
         readback_data = readback_data_var;
         readback_done = decoded_req & ~decoded_req_is_wr;

@@ -7,7 +7,7 @@ package rc_regs_pkg;
 
     localparam RC_REGS_DATA_WIDTH = 32;
     localparam RC_REGS_MIN_ADDR_WIDTH = 12;
-    localparam RC_REGS_SIZE = 'h1ac;
+    localparam RC_REGS_SIZE = 'h228;
 
     typedef struct {
         logic next;
@@ -940,6 +940,27 @@ package rc_regs_pkg;
     } rc_regs__TBU_HI_Z__out_t;
 
     typedef struct {
+        logic [11:0] value;
+    } rc_regs__TILE_FIRST__x__out_t;
+
+    typedef struct {
+        logic [11:0] value;
+    } rc_regs__TILE_FIRST__y__out_t;
+
+    typedef struct {
+        rc_regs__TILE_FIRST__x__out_t x;
+        rc_regs__TILE_FIRST__y__out_t y;
+    } rc_regs__TILE_FIRST__out_t;
+
+    typedef struct {
+        logic [23:0] value;
+    } rc_regs__TILE_COUNT__value__out_t;
+
+    typedef struct {
+        rc_regs__TILE_COUNT__value__out_t value;
+    } rc_regs__TILE_COUNT__out_t;
+
+    typedef struct {
         rc_regs__CTRL__out_t CTRL;
         rc_regs__IRQ_ENABLE__out_t IRQ_ENABLE;
         rc_regs__IRQ_STATUS__out_t IRQ_STATUS;
@@ -999,5 +1020,7 @@ package rc_regs_pkg;
         rc_regs__TBU_HI_X__out_t TBU_HI_X;
         rc_regs__TBU_HI_Y__out_t TBU_HI_Y;
         rc_regs__TBU_HI_Z__out_t TBU_HI_Z;
+        rc_regs__TILE_FIRST__out_t TILE_FIRST;
+        rc_regs__TILE_COUNT__out_t TILE_COUNT;
     } rc_regs__out_t;
 endpackage

@@ -67,6 +67,7 @@ class Frame:
     by_depth: np.ndarray  # (4, 16) int64: rays by kind and depth
     culled: int  # lights behind their surface, which no ray was made for
     slots: np.ndarray  # (4,) int64 by tracer.BOX, TRAV1, TRAV2, ISECT; zero in double precision
+    work: np.ndarray  # (H, W, 2) int64 of each pixel's rays: slots, and those with two traversal steps
 
     @property
     def rays(self):
@@ -205,13 +206,13 @@ def _texture(tree, s, tri, mat, beta, gamma, length):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth, slots):
+def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth, slots, work):
     """The pixels of one row: docs/whitted.md, step by step.
 
     Args: structure with the triangles, `Setup`, dirs (W, 3) of primary rays, wanted (W,): see `_settle`, log: empty records
     to use. Written are rgb
-    (W, 3), tri (W,), hit (W, 3): t, beta, gamma, light (L, W), start (W,): rays of the row before each pixel; by_depth and
-    slots are added to. Returns: (records, how many of them, culled lights).
+    (W, 3), tri (W,), hit (W, 3): t, beta, gamma, light (L, W), start (W,): rays of the row before each pixel, work (W, 2);
+    by_depth and slots are added to. Returns: (records, how many of them, culled lights).
     """
     n, culled_count = 0, 0
     stack = np.empty((STACK, 10))  # direction, origin, weight, length
@@ -219,6 +220,7 @@ def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth
     background = (s.background[0], s.background[1], s.background[2])
     for x in range(dirs.shape[0]):
         start[x] = n
+        work[x, 0], work[x, 1] = -slots.sum(), -slots[tracer.TRAV2]
         acc = (0.0, 0.0, 0.0)
         sp = 0
         # the ray to trace next
@@ -294,6 +296,8 @@ def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth
                 w, length = (stack[sp, 6], stack[sp, 7], stack[sp, 8]), stack[sp, 9]
                 depth, skip, t_min = stack_depth[sp], stack_skip[sp], s.t_min
         rgb[x, 0], rgb[x, 1], rgb[x, 2] = acc
+        work[x, 0] += slots.sum()
+        work[x, 1] += slots[tracer.TRAV2]
     return log, n, culled_count
 
 
@@ -311,6 +315,7 @@ def _render(view, setup, tree, dirs, wanted=None):
         "start": np.empty((h, w), np.int64),
         "by_depth": np.zeros((h, len(KINDS), DEPTHS), np.int64),
         "slots": np.zeros((h, 4), np.int64),
+        "work": np.empty((h, w, 2), np.int64),
     }
 
     def row(y):
@@ -337,6 +342,7 @@ def _render(view, setup, tree, dirs, wanted=None):
         by_depth=out["by_depth"].sum(axis=0),
         culled=sum(int(culled) for _, culled in rows),
         slots=out["slots"].sum(axis=0),
+        work=out["work"],
     )
 
 

@@ -152,6 +152,20 @@ def test_a_difference_ends_the_sweep(run, hardware, monkeypatch, tmp_path):
     assert all(p["mem_latency"] == 20 for p in points.values())
 
 
+def test_results_of_another_picture_or_rtl_do_not_count(tmp_path, monkeypatch):
+    one, other = (build_image(load_scene("tiny"), View(24, height)) for height in (16, 17))
+    source = tmp_path / "a.sv"
+    source.write_text("1")
+    monkeypatch.setattr(sweep.sim, "rtl_sources", lambda: [source])
+    first, second = sweep.signature(one), sweep.signature(other)
+    source.write_text("2")
+    third = sweep.signature(one)
+    assert len({first, second, third}) == 3
+    (tmp_path / "sweep.json").write_text(json.dumps({"signature": first, "points": {"a": 1}}))
+    assert sweep.known(tmp_path / "sweep.json", first) == {"a": 1}
+    assert sweep.known(tmp_path / "sweep.json", second) == {} == sweep.known(tmp_path / "none.json", first)
+
+
 def test_a_file_of_something_else(tmp_path):
     (tmp_path / "sweep.json").write_text("[]")
     with pytest.raises(RayCoreError, match="no result of a sweep"):

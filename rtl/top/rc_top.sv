@@ -84,7 +84,8 @@ module rc_top import rc_pkg::*; import rc_top_pkg::*; #(
     .counters_i(counters), .tbu_root_i(tbu_root), .tbu_stat_i(tbu_stat), .irq_o
   );
   rc_core #(
-    .DataW(DataW), .IdW(IdW), .Tbu(Tbu), .Cap(Cap), .NtSets(NtSets), .ListSets(ListSets), .L2Sets(L2Sets), .L2Ways(L2Ways)
+    .DataW(DataW), .IdW(IdW), .Tbu(Tbu), .Cap(Cap),
+    .NtSets(NtSets), .ListSets(ListSets), .L2Sets(L2Sets), .L2Ways(L2Ways)
   ) u_core (
     .clk_i, .rst_ni, .render_i(render), .build_i(build), .setup_i(setup), .status_o(status), .end_o(frame_end),
     .counters_o(counters), .tbu_root_o(tbu_root), .tbu_stat_o(tbu_stat), .trace_o,

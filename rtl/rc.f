@@ -102,6 +102,7 @@ tbu/rc_tbu_alloc.sv
 tbu/rc_tbu_box.sv
 tbu/rc_tbu_core.sv
 tbu/rc_tbu_fetch.sv
+tbu/rc_tbu_fix.sv
 tbu/rc_tbu_load.sv
 tbu/rc_tbu_port.sv
 tbu/rc_tbu_route.sv
@@ -117,3 +118,11 @@ top/rc_rtu.sv
 top/rc_setup_check.sv
 top/rc_top.sv
 top/regs/rc_regs.sv
+accel/rc_accel_pkg.sv
+accel/rc_accel.sv
+accel/rc_accel_cross.sv
+accel/rc_accel_fetch.sv
+accel/rc_accel_lane.sv
+accel/rc_accel_norm.sv
+accel/rc_accel_proj.sv
+accel/rc_accel_root.sv

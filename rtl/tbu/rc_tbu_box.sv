@@ -14,27 +14,19 @@ module rc_tbu_box import rc_pkg::*; import rc_tbu_pkg::*; (
   output tri_ref_t     out_ref_o,
   output logic         out_bad_o
 );
-  localparam int unsigned BIAS = 63;
-  localparam int unsigned TOP  = BIAS - 1;           // exponent of numbers in [0.5, 1): 2^17 x = significand
   localparam coord_t      ZERO = coord_t'(1 << (COORD_W - 1));
 
-  // ---- to fixed point: 2^17 x = significand >> (TOP - e) -----------------------------------------------
+  // ---- to fixed point ---------------------------------------------------------------------------------
   logic [1:0]  vertex_q;
   vec3_t       vertex;
   point_t      fix;
   logic [2:0]  bad;
   assign vertex = in_rec_i[72 * vertex_q +: 72];
   for (genvar a = 0; a < 3; a++) begin : gen_axis
-    logic [FP_EXP_W-1:0] e;
-    logic [FP_MAN_W:0]   sig, mag, lost;
-    logic [FP_EXP_W-1:0] right;
-    assign e     = vertex[a][FP_MAN_W +: FP_EXP_W];
-    assign sig   = (e == '0) ? '0 : {1'b1, vertex[a][FP_MAN_W-1:0]};
-    assign right = FP_EXP_W'(TOP) - e;
-    assign mag   = sig >> right;
-    assign lost  = sig & ~({(FP_MAN_W + 1) {1'b1}} << right);
-    assign bad[a] = e > FP_EXP_W'(TOP) || lost != '0;
-    assign fix[a] = vertex[a][FP_W-1] ? ZERO - coord_t'(mag) : ZERO + coord_t'(mag);
+    logic              neg;
+    logic [FP_MAN_W:0] mag;
+    rc_tbu_fix u_fix (.x_i(vertex[a]), .neg_o(neg), .mag_o(mag), .bad_o(bad[a]));
+    assign fix[a] = neg ? ZERO - coord_t'(mag) : ZERO + coord_t'(mag);
   end
 
   // ---- box -------------------------------------------------------------------------------------------

@@ -27,6 +27,7 @@ mem/rc_l2.sv
 mem/rc_l2_mshr.sv
 mem/rc_l2_victim.sv
 mem/rc_mem_rd.sv
+mem/rc_mem_share.sv
 mem/rc_mem_wr.sv
 mem/rc_ro_cache.sv
 rgen/rc_rgen_pkg.sv
@@ -107,6 +108,7 @@ tbu/rc_tbu_load.sv
 tbu/rc_tbu_port.sv
 tbu/rc_tbu_route.sv
 tbu/rc_tbu_upper.sv
+accel/rc_accel_pkg.sv
 top/rc_top_pkg.sv
 top/regs/rc_regs_pkg.sv
 top/rc_core.sv
@@ -118,7 +120,6 @@ top/rc_rtu.sv
 top/rc_setup_check.sv
 top/rc_top.sv
 top/regs/rc_regs.sv
-accel/rc_accel_pkg.sv
 accel/rc_accel.sv
 accel/rc_accel_cross.sv
 accel/rc_accel_fetch.sv

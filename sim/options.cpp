@@ -17,7 +17,7 @@ const char USAGE[] =
     "usage: rc_sim --image IMAGE.bin --regs REGS.txt [options]\n"
     "  --image FILE          memory from address 0\n"
     "  --regs FILE           set-up registers, lines of NAME VALUE\n"
-    "  --control N           what to start: 1 render, 2 build the tree, 3 build and render (1)\n"
+    "  --control N           what to start: sum of 1 render, 2 build the tree, 4 make records (1)\n"
     "  --memory-after FILE   write the memory as the frame left it, without the frame buffer\n"
     "  --fb FILE             write the frame buffer, height x stride bytes\n"
     "  --hits FILE           write a record of 24 bytes for each finished ray\n"
@@ -114,7 +114,7 @@ Options parse_options(int argc, char** argv) {
     else throw UsageError("unknown option " + name + " (--help)");
   }
   if (o.image.empty()) throw UsageError("--image is missing (--help)");
-  if (o.control < 1 || o.control > 3) throw UsageError("--control must be 1 to 3");
+  if (o.control < 1 || o.control > 7) throw UsageError("--control must be 1 to 7");
   if (o.registers.empty()) throw UsageError("--regs is missing (--help)");
   return o;
 }
@@ -176,6 +176,12 @@ std::vector<Region> frame_regions(const std::vector<RegisterWrite>& writes, uint
     add("nodes_built", reg::NODE_BASE, 8 * value(reg::NODE_COUNT), true);
     add("lists_built", reg::LIST_BASE, 4 * value(reg::LIST_COUNT), true);
     add("working_written", reg::REF_BASE, 16 * value(reg::REF_COUNT), true);
+  }
+  if (control & 4) {               // the record unit's
+    if (!(control & 2)) add("vertices", reg::VERTEX_BASE, 32 * value(reg::TRI_COUNT));
+    add("attributes", reg::ATTR_BASE, 32 * value(reg::TRI_COUNT));
+    add("triaccel_made", reg::ACCEL_BASE, 32 * value(reg::TRI_COUNT), true);
+    add("info_made", reg::INFO_BASE, 64 * value(reg::TRI_COUNT), true);
   }
   const uint64_t stride = value(reg::FB_STRIDE) / 32 * 32;
   add("frame", reg::FB_BASE, stride * (value(reg::SIZE) >> 16), true);

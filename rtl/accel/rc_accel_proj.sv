@@ -90,7 +90,8 @@ module rc_accel_proj import rc_pkg::*; import rc_accel_pkg::*; (
   always_comb begin
     out_o = '{
       opaque: c_q.opaque, dead: c_q.dead, k: c_q.k, a: c_q.a, det: c_q.det, side: c_q.side,
-      n: y[1:0], b: y[3:2], g: y[5:4], half: c_q.half, slack: slack_t'(factor), longest: {1'b0, edge_len} + (EDGE_W + 1)'(edge_rest), length: length
+      n: y[1:0], b: y[3:2], g: y[5:4], half: c_q.half, slack: slack_t'(factor),
+      longest: {1'b0, edge_len} + (EDGE_W + 1)'(edge_rest), length: length
     };
     if (factor < $signed((EDGE_W + 1)'(slack_i))) out_o.slack = slack_i;
     else if (factor > $signed((EDGE_W + 1)'(SLACK_MAX))) out_o.slack = SLACK_MAX;

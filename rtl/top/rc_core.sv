@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// RayCore without its registers: frame control, tree builder, dispatcher, ray-tracing unit, memory ports.
+// RayCore without its registers: frame control, tree builder, record unit, dispatcher, ray-tracing unit, memory ports.
 module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; import rc_tbu_pkg::*; #(
   parameter int unsigned DataW = 64,         // memory bus: 64, 128 or 256 bits
   parameter int unsigned IdW   = 1,          // memory bus: bits of an ID
   parameter bit          Tbu   = 1'b1,       // with the tree builder
   parameter int unsigned Cap   = 1280,       // references of a sorting pipeline of the tree builder
+  parameter bit          Accel = Tbu,        // with the record unit
   parameter int unsigned NtSets   = 128,  // caches, as in rc_rtu
   parameter int unsigned ListSets = 64,
   parameter int unsigned L2Sets   = 256,
@@ -12,14 +13,16 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
 ) (
   input  logic               clk_i,
   input  logic               rst_ni,
-  input  logic               render_i,       // start a frame that renders, builds a tree, or both
+  input  logic               render_i,       // start a frame that renders, builds a tree, makes records, or all of it
   input  logic               build_i,
+  input  logic               accel_i,
   input  setup_t             setup_i,        // constant while busy
   output status_t            status_o,
   output logic               end_o,          // one cycle, with the final status
   output counters_t          counters_o,
   output idx_t               tbu_root_o,     // of the tree builder, until the next frame
   output tbu_stat_t          tbu_stat_o,
+  output logic [31:0]        accel_cycles_o, // of the record unit
   output trace_t             trace_o,        // for simulations
 
   output logic [IdW-1:0]     m_axi_arid,
@@ -54,26 +57,27 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
 );
   // ---- frame control --------------------------------------------------------------------------------
   logic                      unit_rst_n, build_rst_n, stop, clear, count;
-  logic                      render, build, building, build_start, build_done;
+  logic                      render, build, building, build_start, build_done, accel, accel_start, accel_done;
   logic                      load_start, load_busy, trace_start, all_sent, rtu_idle, rd_idle, wr_idle;
   logic                      bad;
   addr_t                     bad_reg;
   window_t [NUM_WINDOWS-1:0] rd_window;
   window_t [NUM_WR_WINDOWS-1:0] wr_window;
-  logic                      rtu_err_valid, rd_err_valid, wr_err_valid, tbu_err_valid;
-  err_t                      rtu_err, rd_err, wr_err, tbu_err;
+  logic                      rtu_err_valid, rd_err_valid, wr_err_valid, tbu_err_valid, accel_err_valid;
+  err_t                      rtu_err, rd_err, wr_err, tbu_err, accel_err;
 
-  rc_setup_check #(.Tbu(Tbu)) u_setup_check (
-    .clk_i, .setup_i, .render_i(render), .build_i(build), .building_i(building),
+  rc_setup_check #(.Tbu(Tbu), .Accel(Accel)) u_setup_check (
+    .clk_i, .setup_i, .render_i(render), .build_i(build), .accel_i(accel), .building_i(building),
     .rd_window_o(rd_window), .wr_window_o(wr_window), .bad_o(bad), .bad_reg_o(bad_reg)
   );
-  rc_frame_ctrl #(.NumErr(4)) u_ctrl (
-    .clk_i, .rst_ni, .render_i, .build_i, .status_o, .end_o, .clear_o(clear), .count_o(count),
+  rc_frame_ctrl #(.NumErr(5)) u_ctrl (
+    .clk_i, .rst_ni, .render_i, .build_i, .accel_i, .status_o, .end_o, .clear_o(clear), .count_o(count),
     .bad_i(bad), .bad_reg_i(bad_reg),
-    .err_valid_i({tbu_err_valid, wr_err_valid, rd_err_valid, rtu_err_valid}),
-    .err_i({tbu_err, wr_err, rd_err, rtu_err}),
-    .render_o(render), .build_o(build), .unit_rst_no(unit_rst_n), .build_rst_no(build_rst_n), .stop_o(stop),
-    .build_start_o(build_start), .building_o(building), .build_done_i(build_done),
+    .err_valid_i({accel_err_valid, tbu_err_valid, wr_err_valid, rd_err_valid, rtu_err_valid}),
+    .err_i({accel_err, tbu_err, wr_err, rd_err, rtu_err}),
+    .render_o(render), .build_o(build), .accel_o(accel),
+    .unit_rst_no(unit_rst_n), .build_rst_no(build_rst_n), .stop_o(stop), .build_start_o(build_start),
+    .accel_start_o(accel_start), .building_o(building), .build_done_i(build_done), .accel_done_i(accel_done),
     .load_start_o(load_start), .load_busy_i(load_busy),
     .trace_start_o(trace_start), .units_idle_i(all_sent && rtu_idle), .ports_idle_i(rd_idle && wr_idle)
   );
@@ -96,10 +100,16 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   end
 
   // ---- tree ---------------------------------------------------------------------------------------------
-  logic             tbu_wr_valid, wr_ready, wr_ack;
-  addr_t            tbu_wr_addr;
-  logic [7:0][31:0] tbu_wr_data;
-  logic [7:0]       tbu_wr_strb;
+  // Writers while the memory ports are theirs: [0] the tree builder, [1] the record unit.
+  logic                  wr_ready, wr_ack, made_valid;
+  addr_t                 made_addr;
+  logic [7:0][31:0]      made_data;
+  logic [7:0]            made_strb;
+  logic [1:0]            mk_valid, mk_ready, mk_ack;
+  logic                  tbu_wr_idle, unused_mk_idle;
+  addr_t [1:0]           mk_addr;
+  logic [1:0][7:0][31:0] mk_data;
+  logic [1:0][7:0]       mk_strb;
   tree_cfg_t        tree;
   always_comb begin
     tree = setup_i.tree;
@@ -108,7 +118,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   if (Tbu) begin : gen_tbu
     tbu_cfg_t cfg;
     tbu_err_e err;
-    logic     rd_valid, wr_valid, unused_busy;
+    logic     rd_valid, unused_busy;
     assign cfg = '{
       vertex_base: setup_i.vertex_base,
       tri_count: setup_i.tree.tri_count[IDX_W-1:COUNT_W] != '0 ? '1 : setup_i.tree.tri_count[COUNT_W-1:0],
@@ -121,12 +131,11 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
       .busy_o(unused_busy), .done_o(build_done), .err_o(err), .root_o(tbu_root_o), .stat_o(tbu_stat_o),
       .rd_valid_o(rd_valid), .rd_ready_i(req_ready[RD_TBU]), .rd_addr_o(req_addr[RD_TBU]),
       .rd_rsp_valid_i(rsp_valid[RD_TBU]), .rd_rsp_block_i(rsp_block),
-      .wr_valid_o(wr_valid), .wr_ready_i(building && wr_ready), .wr_addr_o(tbu_wr_addr), .wr_data_o(tbu_wr_data),
-      .wr_strb_o(tbu_wr_strb), .wr_ack_i(building && wr_ack), .wr_idle_i(wr_idle),
+      .wr_valid_o(mk_valid[0]), .wr_ready_i(mk_ready[0]), .wr_addr_o(mk_addr[0]), .wr_data_o(mk_data[0]),
+      .wr_strb_o(mk_strb[0]), .wr_ack_i(mk_ack[0]), .wr_idle_i(tbu_wr_idle),
       .mem_err_i(rd_err_valid || wr_err_valid)
     );
     assign req_valid[RD_TBU] = building && rd_valid;
-    assign tbu_wr_valid      = building && wr_valid;
     // What the ports report is reported once.
     assign tbu_err_valid     = build_done && err != TBU_OK && err != TBU_BUS;
     always_comb begin
@@ -139,9 +148,45 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
       endcase
     end
   end else begin : gen_no_tbu
-    assign {build_done, tbu_wr_valid, tbu_wr_addr, tbu_wr_data, tbu_wr_strb, tbu_root_o, tbu_stat_o} = '0;
+    assign {build_done, mk_valid[0], mk_addr[0], mk_data[0], mk_strb[0], tbu_root_o, tbu_stat_o} = '0;
     assign {req_valid[RD_TBU], req_addr[RD_TBU], tbu_err_valid} = '0;
     assign tbu_err = '{code: ERR_NONE, addr: '0};
+  end
+
+  // ---- records ------------------------------------------------------------------------------------------
+  if (Accel) begin : gen_accel
+    rc_accel_pkg::accel_cfg_t cfg;
+    idx_t bad_idx;
+    logic rd_valid, unused_busy;
+    assign cfg = '{
+      vertex_base: setup_i.vertex_base, attr_base: setup_i.attr_base, accel_base: setup_i.tree.accel_base,
+      info_base: setup_i.info_base, tri_count: setup_i.tree.tri_count, eye: setup_i.eye, slack: setup_i.slack
+    };
+    rc_accel u_accel (
+      .clk_i, .rst_ni(rst_ni && build_rst_n), .start_i(accel_start), .cfg_i(cfg), .busy_o(unused_busy),
+      .done_o(accel_done), .bad_o(accel_err_valid), .bad_idx_o(bad_idx), .cycles_o(accel_cycles_o),
+      .rd_valid_o(rd_valid), .rd_ready_i(req_ready[RD_ACCEL]), .rd_addr_o(req_addr[RD_ACCEL]),
+      .rd_rsp_valid_i(rsp_valid[RD_ACCEL]), .rd_rsp_block_i(rsp_block),
+      .wr_valid_o(mk_valid[1]), .wr_ready_i(mk_ready[1]), .wr_addr_o(mk_addr[1]), .wr_data_o(mk_data[1]),
+      .wr_ack_i(mk_ack[1])
+    );
+    assign req_valid[RD_ACCEL] = building && rd_valid;
+    assign mk_strb[1]          = '1;
+    assign accel_err           = '{code: ERR_TBU_COORD, addr: addr_t'(bad_idx)};
+  end else begin : gen_no_accel
+    assign {accel_done, accel_err_valid, accel_cycles_o, mk_valid[1], mk_addr[1], mk_data[1], mk_strb[1]} = '0;
+    assign {req_valid[RD_ACCEL], req_addr[RD_ACCEL]} = '0;
+    assign accel_err = '{code: ERR_NONE, addr: '0};
+  end
+  if (Tbu || Accel) begin : gen_share
+    rc_mem_share #(.NumWriters(2), .MaxBurst(16)) u_share (
+      .clk_i, .rst_ni(rst_ni && build_rst_n), .wr_valid_i(mk_valid), .wr_ready_o(mk_ready), .wr_addr_i(mk_addr),
+      .wr_data_i(mk_data), .wr_strb_i(mk_strb), .ack_o(mk_ack), .idle_o({unused_mk_idle, tbu_wr_idle}),
+      .port_valid_o(made_valid), .port_ready_i(building && wr_ready), .port_addr_o(made_addr), .port_data_o(made_data),
+      .port_strb_o(made_strb), .port_ack_i(building && wr_ack)
+    );
+  end else begin : gen_no_share
+    assign {made_valid, made_addr, made_data, made_strb, mk_ready, mk_ack, tbu_wr_idle, unused_mk_idle} = '0;
   end
 
   // ---- lights and materials ---------------------------------------------------------------------------
@@ -195,7 +240,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   );
 
   // ---- memory ---------------------------------------------------------------------------------------------
-  // One writes at a time: the tree builder, then the colour buffer.
+  // First the builders write, then the colour buffer.
   logic ev_row;
   rc_mem_rd #(.NumClients(NUM_RD_CLIENTS), .NumWindows(NUM_WINDOWS), .DataW(DataW), .IdW(IdW)) u_mem_rd (
     .clk_i, .rst_ni, .window_i(rd_window), .stop_i(stop), .idle_o(rd_idle),
@@ -208,9 +253,9 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   rc_mem_wr #(.NumWindows(NUM_WR_WINDOWS), .DataW(DataW), .IdW(IdW)) u_mem_wr (
     .clk_i, .rst_ni, .window_i(wr_window), .stop_i(stop), .idle_o(wr_idle),
     .err_valid_o(wr_err_valid), .err_o(wr_err),
-    .wr_valid_i(building ? tbu_wr_valid : wr_valid), .wr_ready_o(wr_ready),
-    .wr_addr_i(building ? tbu_wr_addr : wr_addr), .wr_data_i(building ? tbu_wr_data : wr_data),
-    .wr_strb_i(building ? tbu_wr_strb : wr_strb), .ev_row_o(ev_row), .ack_o(wr_ack),
+    .wr_valid_i(building ? made_valid : wr_valid), .wr_ready_o(wr_ready),
+    .wr_addr_i(building ? made_addr : wr_addr), .wr_data_i(building ? made_data : wr_data),
+    .wr_strb_i(building ? made_strb : wr_strb), .ev_row_o(ev_row), .ack_o(wr_ack),
     .m_axi_awid, .m_axi_awaddr, .m_axi_awlen, .m_axi_awsize, .m_axi_awburst, .m_axi_awvalid, .m_axi_awready,
     .m_axi_wdata, .m_axi_wstrb, .m_axi_wlast, .m_axi_wvalid, .m_axi_wready,
     .m_axi_bid, .m_axi_bresp, .m_axi_bvalid, .m_axi_bready

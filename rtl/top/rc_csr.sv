@@ -26,12 +26,14 @@ module rc_csr import rc_pkg::*, rc_top_pkg::*; (
 
   output logic        render_o,            // one cycle: start a frame that renders
   output logic        build_o,             // one cycle: start a frame that builds a tree
+  output logic        accel_o,             // one cycle: start a frame that makes records
   output setup_t      setup_o,
   input  status_t     status_i,
   input  logic        end_i,               // one cycle, with the final status
   input  counters_t   counters_i,
   input  idx_t        tbu_root_i,
   input  rc_tbu_pkg::tbu_stat_t tbu_stat_i,
+  input  logic [31:0] accel_cycles_i,
   output logic        irq_o
 );
   rc_regs_pkg::rc_regs__in_t  hw_in;
@@ -50,6 +52,7 @@ module rc_csr import rc_pkg::*, rc_top_pkg::*; (
   // ---- control ------------------------------------------------------------------------------------
   assign render_o = hw.CTRL.render.value;
   assign build_o  = hw.CTRL.build.value;
+  assign accel_o  = hw.CTRL.accel.value;
   assign irq_o    = (hw.IRQ_STATUS.done.value && hw.IRQ_ENABLE.done.value) ||
                     (hw.IRQ_STATUS.error.value && hw.IRQ_ENABLE.error.value);
 
@@ -91,7 +94,9 @@ module rc_csr import rc_pkg::*, rc_top_pkg::*; (
     tri_box: '{
       hi: {hw.TBU_HI_Z.value.value, hw.TBU_HI_Y.value.value, hw.TBU_HI_X.value.value},
       lo: {hw.TBU_LO_Z.value.value, hw.TBU_LO_Y.value.value, hw.TBU_LO_X.value.value}
-    }
+    },
+    attr_base:   hw.ATTR_BASE.line.value,    slack: hw.ACCEL_SLACK.value.value,
+    eye: {hw.ACCEL_EYE_Z.value.value, hw.ACCEL_EYE_Y.value.value, hw.ACCEL_EYE_X.value.value}
   };
 
   // ---- status and counters --------------------------------------------------------------------------
@@ -146,6 +151,7 @@ module rc_csr import rc_pkg::*, rc_top_pkg::*; (
     hw_in.TBU_LINES.value.next        = tbu_stat_i.lines;
     hw_in.TBU_ROWS.value.next         = tbu_stat_i.rows;
     hw_in.TBU_WAITS.value.next        = tbu_stat_i.waits;
+    hw_in.ACCEL_CYCLES.value.next     = accel_cycles_i;
   end
 
 endmodule

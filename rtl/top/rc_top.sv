@@ -6,6 +6,7 @@ module rc_top import rc_pkg::*; import rc_top_pkg::*; #(
   parameter int unsigned IdW   = 1,          // memory bus: bits of an ID
   parameter bit          Tbu   = 1'b1,       // with the tree builder
   parameter int unsigned Cap   = 1280,       // references of a sorting pipeline of the tree builder
+  parameter bit          Accel = Tbu,        // with the record unit
   parameter int unsigned NtSets   = 128,  // caches, as in rc_rtu
   parameter int unsigned ListSets = 64,
   parameter int unsigned L2Sets   = 256,
@@ -66,9 +67,10 @@ module rc_top import rc_pkg::*; import rc_top_pkg::*; #(
   input  logic               m_axi_bvalid,
   output logic               m_axi_bready
 );
-  logic      render, build, frame_end;
+  logic      render, build, accel, frame_end;
   idx_t      tbu_root;
   rc_tbu_pkg::tbu_stat_t tbu_stat;
+  logic [31:0] accel_cycles;
   setup_t    setup;
   status_t   status;
   counters_t counters;
@@ -80,15 +82,16 @@ module rc_top import rc_pkg::*; import rc_top_pkg::*; #(
     .s_axil_bvalid, .s_axil_bready, .s_axil_bresp,
     .s_axil_arvalid, .s_axil_arready, .s_axil_araddr, .s_axil_arprot,
     .s_axil_rvalid, .s_axil_rready, .s_axil_rdata, .s_axil_rresp,
-    .render_o(render), .build_o(build), .setup_o(setup), .status_i(status), .end_i(frame_end),
-    .counters_i(counters), .tbu_root_i(tbu_root), .tbu_stat_i(tbu_stat), .irq_o
+    .render_o(render), .build_o(build), .accel_o(accel), .setup_o(setup), .status_i(status), .end_i(frame_end),
+    .counters_i(counters), .tbu_root_i(tbu_root), .tbu_stat_i(tbu_stat), .accel_cycles_i(accel_cycles), .irq_o
   );
   rc_core #(
-    .DataW(DataW), .IdW(IdW), .Tbu(Tbu), .Cap(Cap),
+    .DataW(DataW), .IdW(IdW), .Tbu(Tbu), .Cap(Cap), .Accel(Accel),
     .NtSets(NtSets), .ListSets(ListSets), .L2Sets(L2Sets), .L2Ways(L2Ways)
   ) u_core (
-    .clk_i, .rst_ni, .render_i(render), .build_i(build), .setup_i(setup), .status_o(status), .end_o(frame_end),
-    .counters_o(counters), .tbu_root_o(tbu_root), .tbu_stat_o(tbu_stat), .trace_o,
+    .clk_i, .rst_ni, .render_i(render), .build_i(build), .accel_i(accel), .setup_i(setup), .status_o(status),
+    .end_o(frame_end), .counters_o(counters), .tbu_root_o(tbu_root), .tbu_stat_o(tbu_stat),
+    .accel_cycles_o(accel_cycles), .trace_o,
     .m_axi_arid, .m_axi_araddr, .m_axi_arlen, .m_axi_arsize, .m_axi_arburst, .m_axi_arvalid, .m_axi_arready,
     .m_axi_rid, .m_axi_rdata, .m_axi_rresp, .m_axi_rlast, .m_axi_rvalid, .m_axi_rready,
     .m_axi_awid, .m_axi_awaddr, .m_axi_awlen, .m_axi_awsize, .m_axi_awburst, .m_axi_awvalid, .m_axi_awready,

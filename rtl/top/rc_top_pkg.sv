@@ -3,6 +3,7 @@
 package rc_top_pkg;
   import rc_pkg::*;
   import rc_tbu_pkg::box_t, rc_tbu_pkg::count_t;
+  import rc_accel_pkg::eye_t, rc_accel_pkg::slack_t;
 
   // What the host set up. Counts are as wide as their registers: rc_setup_check looks at them
   // before anything else does.
@@ -33,6 +34,9 @@ package rc_top_pkg;
     idx_t        ref_count;
     count_t      refine_max;
     box_t        tri_box;
+    line_addr_t  attr_base;                  // what follows is for the record unit
+    slack_t      slack;
+    eye_t [2:0]  eye;
   } setup_t;
 
   typedef struct packed {
@@ -43,18 +47,19 @@ package rc_top_pkg;
   } status_t;
 
   // Regions that a frame reads: nodes, lists, TriAccel, triangle information, materials, lights, texture coordinates,
-  // textures. Regions that the tree builder writes: nodes, lists, working memory.
+  // textures. Regions that builders write: nodes, lists, working memory, TriAccel, triangle information.
   parameter int unsigned NUM_WINDOWS    = 8;
-  parameter int unsigned NUM_WR_WINDOWS = 3;
+  parameter int unsigned NUM_WR_WINDOWS = 5;
 
   // Clients of the read port.
-  parameter int unsigned NUM_RD_CLIENTS = 6;
+  parameter int unsigned NUM_RD_CLIENTS = 7;
   parameter int unsigned RD_TNI    = 0;    // L2 cache
   parameter int unsigned RD_TRI    = 1;    // triangle cache
   parameter int unsigned RD_LOADER = 2;
   parameter int unsigned RD_UV     = 3;    // cache of texture coordinates
   parameter int unsigned RD_TEX    = 4;    // texture cache
   parameter int unsigned RD_TBU    = 5;    // tree builder
+  parameter int unsigned RD_ACCEL  = 6;    // record unit
 
   // Counters, in the order of their registers.
   typedef enum logic [4:0] {

@@ -56,17 +56,18 @@ def times(name, frames, fps=None):
     return [i / fps if fps else i * length / frames for i in range(frames)]
 
 
-def take(name, number, time, view, memory=None, check=False, params=None, prepare=None):
+def take(name, number, time, view, memory=None, check=False, params=None, prepare=None, records=False):
     """One picture.
 
     Args: name: of the scene; number, time: of the picture, time in seconds; view: `image.View`; memory: `sim.Memory`;
-        check: compare picture, hits and tree with the models; params: `tbu.Params`; prepare: changes the loaded scene.
+        check: compare picture, hits and tree with the models; params: `tbu.Params`; prepare: changes the loaded scene;
+        records: the RTL makes the records too.
     Returns: `Frame`. Raises: SceneError, SimError.
     """
     scene = load_scene(name, time)
     scene = prepare(scene) if prepare else scene
     geometry = build_geometry(scene, params or tbu.Params(), in_hardware=True)
-    rendered = dynamic.render_frame(geometry, view, memory, hits=check, keep_memory=check)
+    rendered = dynamic.render_frame(geometry, view, memory, hits=check, keep_memory=check, records=records)
     return Frame(number, time, rendered, render.stats(rendered), dynamic.check_frame(rendered) if check else None)
 
 
@@ -82,6 +83,7 @@ def summary(frames, checked):
             "build_cycles": b["cycles"],
             "build_cycles_per_triangle": b["cycles_per_triangle"],
             "build_bytes_per_triangle": b["bytes_per_triangle"],
+            "record_cycles": v.get("records", {}).get("cycles"),
             "render_cycles": v["render_cycles"],
             "rays": v["rays"]["total"],
             "rays_per_cycle": v["rays_per_cycle_per_rtu"],

@@ -89,6 +89,13 @@ class BuildEngine(StrEnum):
     model = "model"
 
 
+class RecordMaker(StrEnum):
+    """Who makes TriAccel records and triangle information of a tree that the RTL builds."""
+
+    host = "host"
+    rtl = "rtl"
+
+
 class TreeBuilder(StrEnum):
     """Who builds the tree."""
 
@@ -234,6 +241,11 @@ def render(
         typer.Option(help="host: exact SAH with clipping; model: the tree that the tree-building unit makes; "
             "rtl: the unit builds it, in the same run of the hardware, before the picture."),
     ] = TreeBuilder.host,
+    accel: Annotated[
+        RecordMaker,
+        typer.Option(help="With --tree rtl. host: TriAccel records and triangle information are given; "
+            "rtl: the record unit makes them from vertices, while the tree is built."),
+    ] = RecordMaker.host,
 ):
     """Render SCENE to a PNG.
 
@@ -255,7 +267,7 @@ def render(
 
     `raycore render room.glb -o room.png --no-shadows --mem-latency 200 --mem-width 128`
 
-    `raycore render chess -o chess.png --tree rtl --check`
+    `raycore render chess -o chess.png --tree rtl --accel rtl --check`
 
     `raycore render tiny -o tiny.png --size 32x32 --waves tiny.fst --waves-from 1000 --waves-cycles 5000`
     """
@@ -282,6 +294,9 @@ def render(
         raise OptionError("--jobs: only pictures by the engine rtl can be split, without --waves and --tree rtl")
     if in_hardware and engine is not Engine.rtl:
         raise OptionError("--tree rtl: only the engine rtl builds trees")
+    if accel is RecordMaker.rtl and not in_hardware:
+        raise OptionError("--accel rtl: only with --tree rtl")
+    simulation = {"records": True} if accel is RecordMaker.rtl else {}
     memory = sim.Memory(width=mem_width, latency=mem_latency, backpressure=backpressure, seed=seed)
     width, height = _size(size)
     view = View(
@@ -310,11 +325,10 @@ def render(
     from raycore import render as rendering
     from raycore.check import channels
 
-    simulation = {}
     if engine is Engine.rtl:
         with _status(console, "Building the simulator if the RTL has changed"):
             sim.build(mem_width=mem_width, waves=waves is not None, tbu=in_hardware)
-        simulation = {"waves": waves, "waves_from": waves_from, "waves_cycles": waves_cycles}
+        simulation |= {"waves": waves, "waves_from": waves_from, "waves_cycles": waves_cycles}
     hits = check or profile or aov is not None
     if in_hardware:
         rendered = dynamic.render_frame(geometry, view, memory, hits, keep_memory=check, **simulation)
@@ -350,6 +364,7 @@ def render(
         values["check"] = report.values()
         if in_hardware:
             values["check"]["tree"] = {"same": built.difference is None, "difference": built.difference}
+            values["check"]["records"] = {"same": built.records is None, "difference": built.records}
         _write(difference, _png(report.picture))
         if found is not None and report.ok and not (in_hardware and built.jumps):  # a jump node is a step more
             found.check(report.reference)
@@ -381,6 +396,8 @@ def render(
             out.print(f"  {line}", markup=False)
         if in_hardware:
             out.print(f"tree as the model's, node by node: {'yes' if built.difference is None else 'NO'}")
+            if accel is RecordMaker.rtl:
+                out.print(f"records as the model's, bit by bit: {'yes' if built.records is None else 'NO'}")
     files = [p for p in (output, difference, bars, heat, stats, aov, waves) if p is not None]
     out.print("wrote " + ", ".join(map(str, files)), markup=False, soft_wrap=True)
     if report is not None and not report.ok:
@@ -390,6 +407,8 @@ def render(
         )
     if in_hardware and check and built.difference is not None:
         raise RayCoreError(f"the tree differs from the model's {built.difference}")
+    if in_hardware and check and built.records is not None:
+        raise RayCoreError(f"the RTL differs from the model {built.records}")
 
 
 @app.command(no_args_is_help=True)
@@ -419,6 +438,7 @@ def animate(
     check: Annotated[
         bool, typer.Option("--check", help="Compare every picture, hit and tree with the bit-exact references.")
     ] = False,
+    accel: Annotated[RecordMaker, typer.Option(help="As for `raycore render`.")] = RecordMaker.host,
 ):
     """Render SCENE as it moves: the hardware builds the tree anew for every picture.
 
@@ -458,7 +478,14 @@ def animate(
     for i, time in enumerate(moments):
         with _status(console, f"Picture {i + 1} of {frames}"):
             frame = animation.take(
-                scene, i, time, view, memory, check, prepare=without_textures if no_textures else None
+                scene,
+                i,
+                time,
+                view,
+                memory,
+                check,
+                prepare=without_textures if no_textures else None,
+                records=accel is RecordMaker.rtl,
             )
         pixels = frame.rendered.pixels
         pictures.append(channels(pixels) if linear else _encode_srgb(unpack(pixels, RGB10A2)))
@@ -490,6 +517,7 @@ def animate(
             f"{len(wrong)} of {frames} pictures differ from the references; the first, {wrong[0].number}, in "
             f"{e.exact.pixels} pixels, {e.exact.hits} hits, {len(e.exact.counters)} counters"
             + (f", and its tree {e.difference}" if e.difference else "")
+            + (f", and {e.records}" if e.records else "")
         )
 
 

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-"""Frames whose tree the RTL builds before it renders: more room after an overflow, the tree read back, and both checked."""
+"""Frames whose tree the RTL builds before it renders, and maybe the records too: more room after an overflow, what was
+made read back, and all of it checked."""
 
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from raycore import render, sim, tbu
 from raycore.check import STEPS, Exact, compare_rtl
 from raycore.errors import SimError
-from raycore.image import View, build_geometry, build_image
+from raycore.image import View, build_geometry, build_image, region_words
 from raycore.model import tbu as model
 from raycore.model.tbu_memory import compare, walk_memory
 
@@ -15,24 +18,24 @@ OVERFLOWS = (ERR_TBU_NODE, ERR_TBU_LIST, ERR_TBU_REF)  # of err_e: these need mo
 LARGEST_FACTOR = 16
 
 
-def render_frame(geometry, view=None, memory=None, hits=False, keep_memory=False, **simulation):
-    """Build the tree and render, in one frame of the RTL.
+def render_frame(geometry, view=None, memory=None, hits=False, keep_memory=False, records=False, **simulation):
+    """Build the tree, make the records if asked to, and render, in one frame of the RTL.
 
     Args: geometry: from `image.build_geometry(..., in_hardware=True)`; view: `image.View`; memory: `sim.Memory`;
-        hits: keep the hit records; keep_memory: keep memory, and with it the tree; simulation: more arguments of
+        hits: keep the hit records; keep_memory: keep memory, and with it the tree; records: the RTL makes them; simulation: more arguments of
         `sim.run_frame`.
     Returns: `render.Rendered`. Raises: SimError, also if the tree does not fit with sixteen times the usual room.
     """
     factor, cap = 1, geometry.tree.params.cap
     while True:
-        image = build_image(geometry, view or View(), room=tbu.sizes(len(geometry.info), cap, factor))
+        image = build_image(geometry, view or View(), room=tbu.sizes(len(geometry.info), cap, factor), records=records)
         try:
             return render.render(
                 image,
                 "rtl",
                 memory,
                 hits,
-                control=sim.BUILD_TREE | sim.RENDER,
+                control=sim.BUILD_TREE | sim.RENDER | sim.RECORDS * records,
                 cap=cap,
                 keep_memory=keep_memory,
                 **simulation,
@@ -62,11 +65,12 @@ class TreeCheck:
     """A frame of `render_frame` beside the models.
 
     exact: pixels, hits and counters against the reference on the model's tree; difference: the first one between the
-    trees, None if there is none; jumps: jump nodes, which the model's tree does not have.
+    trees, None if there is none; records: likewise between records; jumps: jump nodes, which the model's tree does not have.
     """
 
     exact: Exact
     difference: str | None
+    records: str | None
     jumps: int
     reference: object = field(repr=False)  # model.frame.Frame
     image: object = field(repr=False)  # of the model's tree
@@ -74,7 +78,20 @@ class TreeCheck:
     @property
     def same(self):
         """Nothing differs."""
-        return self.exact.same and self.difference is None
+        return self.exact.same and self.difference is None and self.records is None
+
+
+def _records(rendered, image) -> str | None:
+    """The first difference between the records that a frame left in memory and those of an image, as text."""
+    for name, words in (("triaccel", 4), ("info", 8)):
+        count = image.registers["TRI_COUNT"]
+        low = rendered.image.regions[name][0]
+        got = rendered.result.memory[low : low + 8 * words * count].view("<u8").reshape(count, words)
+        wrong = np.flatnonzero((got != region_words(image, name, count, words)).any(axis=1))
+        if wrong.size:
+            return f"in {wrong.size} {'TriAccel records' if name == 'triaccel' else 'records of triangle information'}, "\
+                f"the first of triangle {wrong[0]}"
+    return None
 
 
 def check_frame(rendered) -> TreeCheck:
@@ -90,4 +107,4 @@ def check_frame(rendered) -> TreeCheck:
     exact = compare_rtl(rendered.result, reference)
     if found.jumps:  # a jump node is a step more for each ray that passes it
         exact.counters = {c: v for c, v in exact.counters.items() if c != STEPS or v[0] < v[1]}
-    return TreeCheck(exact, compare(expected, found), found.jumps, reference, image)
+    return TreeCheck(exact, compare(expected, found), _records(rendered, image), found.jumps, reference, image)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from raycore import kdtree, regs, tbu, texture, triaccel
+from raycore import accel, kdtree, regs, tbu, texture, triaccel
 from raycore.errors import OptionError, SceneError
 from raycore.model import fp24, pixbuf, rgen
 from raycore.scene import Camera, Light, Normalised, Scene, default_camera, default_lights, normalise
@@ -268,7 +268,8 @@ def build_geometry(scene, params=None, in_hardware=False):
     materials = _materials(scene, fields)
     opaque = _opaque(materials)[scene.face_material]
     tree.lists &= ~np.where(opaque[tree.lists & LIST_TRIANGLE], 0, LIST_OPAQUE).astype(np.uint32)
-    info = triaccel.triangle_info(unit.triangles, scene.normals)
+    make_info = accel.triangle_info if by_unit else triaccel.triangle_info
+    info = make_info(unit if by_unit else unit.triangles, scene.normals)
     columns = np.concatenate((info.vertex, info.normal, info.n0, info.dn1, info.dn2), axis=1)
     info_words = _pack_columns(TRI_INFO, INFO_COLUMNS, columns, mat=scene.face_material)
     return Geometry(
@@ -398,6 +399,7 @@ class Image:
     regions: {name: (lo, hi)} byte addresses, hi exclusive, what a frame may touch; "frame" is written, and nodes, lists
         and working memory where the tree is built.
     room: for the tree if the frame builds it, in which case nodes and lists hold nothing yet.
+    records: whether the frame makes the records, in which case TriAccel and triangle information hold nothing yet.
     slack: mean of `edge_slack`.
     """
 
@@ -408,6 +410,7 @@ class Image:
     regions: dict = field(default_factory=dict)
     slack: float = triaccel.EDGE_SLACK
     room: tbu.Sizes | None = None
+    records: bool = False
 
     @property
     def sizes(self):
@@ -430,11 +433,12 @@ def _builder_registers(geometry, regions, room):
     }
 
 
-def build_image(scene, view=None, params=None, room=None):
+def build_image(scene, view=None, params=None, room=None, records=False):
     """Memory image and registers of one frame.
 
     Args: scene: `Scene`, or `Geometry` to use a tree again; view: `View`; params: of the tree, as in `build_geometry`;
-        room: `tbu.Sizes` if the frame is to build the tree of a snapped geometry.
+        room: `tbu.Sizes` if the frame is to build the tree of a snapped geometry; records: the frame is to make the records
+        of a snapped geometry from its vertices.
     Returns: `Image`.
     Raises: SceneError, OptionError if scene or view do not fit the hardware.
     """
@@ -444,22 +448,29 @@ def build_image(scene, view=None, params=None, room=None):
     unit, tree, scene = geometry.unit, geometry.tree, geometry.scene
     arguments = camera_arguments(view.camera, unit, view.width, view.height)
     lights = fp24.round_to_fp24(light_table(view.lights, unit))
-    slack = edge_slack(arguments[0], tree.bounds, unit.triangles)
-    accel = triaccel.pack(
-        triaccel.records(unit.triangles, unit.dropped, slack), scene.face_material, geometry.opaque
-    )
+    snapped = isinstance(tree.params, tbu.Params)
+    seen_from = accel.slack(arguments[0], tree.bounds) if snapped else None
+    if snapped:
+        rec, _, slack = accel.records(unit, seen_from)
+    else:
+        slack = edge_slack(arguments[0], tree.bounds, unit.triangles)
+        rec = triaccel.records(unit.triangles, unit.dropped, slack)
+    words = triaccel.pack(rec, scene.face_material, geometry.opaque)
     parts = {
         "nodes": tree.nodes.astype("<u8") if room is None else np.zeros(room.nodes, "<u8"),
         "lists": tree.lists.astype("<u4") if room is None else np.zeros(room.entries, "<u4"),
-        "triaccel": accel.astype("<u8"),
-        "info": geometry.info.astype("<u8"),
+        "triaccel": words.astype("<u8") * (not records),
+        "info": geometry.info.astype("<u8") * (not records),
         "materials": geometry.materials.astype("<u8"),
         "lights": _pack_columns(LIGHT, LIGHT_COLUMNS, lights).astype("<u8"),
         "uv": geometry.uv.astype("<u8"),
         "textures": geometry.textures.astype("<u8"),
     }
-    if room is not None:
+    if room is not None or records:
         parts["vertices"] = tbu.vertex_records(unit, geometry.opaque).astype("<u8")
+    if records:
+        parts["attributes"] = accel.attribute_records(scene.normals, scene.face_material).astype("<u8")
+    if room is not None:
         parts["working"] = np.zeros(room.bytes["working"], np.uint8)
     stride = -(-4 * view.width // 32) * 32
     regions, at = {}, FIRST_ADDRESS
@@ -492,7 +503,7 @@ def build_image(scene, view=None, params=None, room=None):
         "LIST_BASE": regions["lists"][0],
         "LIST_COUNT": tree.lists.size,
         "ACCEL_BASE": regions["triaccel"][0],
-        "TRI_COUNT": len(accel),
+        "TRI_COUNT": len(words),
         "INFO_BASE": regions["info"][0],
         "MAT_BASE": regions["materials"][0],
         "MAT_COUNT": len(scene.materials),
@@ -505,6 +516,10 @@ def build_image(scene, view=None, params=None, room=None):
     }
     if room is not None:
         registers |= _builder_registers(geometry, regions, room)
+    if records:
+        eye = {f"ACCEL_EYE_{a}": e & 0xFFFF for a, e in zip("XYZ", seen_from.eye)}
+        registers |= {"ATTR_BASE": regions["attributes"][0], "ACCEL_SLACK": seen_from.least} | eye
+        registers["VERTEX_BASE"] = regions["vertices"][0]
     camera = rgen.camera_registers(*arguments)
     vectors = {
         "BACKGROUND_": dict(zip("RGB", scene.background)),
@@ -514,7 +529,7 @@ def build_image(scene, view=None, params=None, room=None):
     }
     for name, parts in vectors.items():
         registers |= {name + c: int(fp24.to_bits(fp24.round_to_fp24(np.float64(v)))) for c, v in parts.items()}
-    return Image(geometry, view, memory, registers, regions, float(slack.mean()), room)
+    return Image(geometry, view, memory, registers, regions, float(slack.mean()), room, records)
 
 
 def tile_range(image, first, count):

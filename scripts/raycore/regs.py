@@ -108,6 +108,12 @@ OFFSETS = {
     "TBU_LINES": 0x1A0,
     "TBU_ROWS": 0x1A4,
     "TBU_WAITS": 0x1A8,
+    "ACCEL_CYCLES": 0x1F0,
+    "ATTR_BASE": 0x200,
+    "ACCEL_SLACK": 0x204,
+    "ACCEL_EYE_X": 0x208,
+    "ACCEL_EYE_Y": 0x20C,
+    "ACCEL_EYE_Z": 0x210,
     "TILE_FIRST": 0x220,
     "TILE_COUNT": 0x224,
 }
@@ -116,7 +122,7 @@ OFFSETS = {
 FIELDS = {
     "ID": {"value": (0, 32, "RO")},
     "VERSION": {"minor": (0, 8, "RO"), "major": (8, 8, "RO")},
-    "CTRL": {"render": (0, 1, "WO"), "build": (1, 1, "WO")},
+    "CTRL": {"render": (0, 1, "WO"), "build": (1, 1, "WO"), "accel": (2, 1, "WO")},
     "STATUS": {"busy": (0, 1, "RO"), "done": (1, 1, "RO"), "error": (2, 1, "RO")},
     "IRQ_ENABLE": {"done": (0, 1, "RW"), "error": (1, 1, "RW")},
     "IRQ_STATUS": {"done": (0, 1, "W1C"), "error": (1, 1, "W1C")},
@@ -220,6 +226,12 @@ FIELDS = {
     "TBU_LINES": {"value": (0, 32, "RO")},
     "TBU_ROWS": {"value": (0, 32, "RO")},
     "TBU_WAITS": {"value": (0, 32, "RO")},
+    "ACCEL_CYCLES": {"value": (0, 32, "RO")},
+    "ATTR_BASE": {"line": (6, 26, "RW")},
+    "ACCEL_SLACK": {"value": (0, 14, "RW")},
+    "ACCEL_EYE_X": {"value": (0, 16, "RW")},
+    "ACCEL_EYE_Y": {"value": (0, 16, "RW")},
+    "ACCEL_EYE_Z": {"value": (0, 16, "RW")},
     "TILE_FIRST": {"x": (0, 12, "RW"), "y": (16, 12, "RW")},
     "TILE_COUNT": {"value": (0, 24, "RW")},
 }
@@ -267,6 +279,7 @@ COUNTERS = (
     "TBU_LINES",
     "TBU_ROWS",
     "TBU_WAITS",
+    "ACCEL_CYCLES",
 )
 
 

@@ -19,7 +19,8 @@ MODES = ("box", "trav1", "trav2", "isect", "miss_nt", "miss_list")  # what a slo
 KINDS = ("primary", "shadow", "reflect", "transmit")  # of rays that are traced
 LINE_BYTES, ROW_BYTES = 64, 32
 BUILDER_COUNTERS = ("cycles", "nodes", "entries", "jumps", "jobs", "donations", "forced", "lines", "rows", "waits")
-BUILDER_BYTES = ("vertices", "working", "nodes_built", "lists_built", "working_written")  # regions as the harness names them
+RECORD_BYTES = ("attributes", "triaccel_made", "info_made")  # regions as the harness names them
+BUILDER_BYTES = ("vertices", "working", "nodes_built", "lists_built", "working_written", *RECORD_BYTES)
 
 
 @dataclass
@@ -150,6 +151,21 @@ def build_statistics(counters, triangles):
     }
 
 
+def record_statistics(cycles, moved, tree):
+    """What is known of records made in a frame: `records` of STATS.json, as docs/cli.md explains it.
+
+    Args: cycles; moved: bytes, without the vertices; tree: from `build_statistics`, made meanwhile.
+    """
+    triangles = tree["triangles"]
+    moved += LINE_BYTES * -(-triangles // 2)
+    return {
+        "cycles": cycles,
+        "cycles_per_triangle": cycles / triangles,
+        "bytes": moved,
+        "bytes_per_triangle": moved / triangles,
+    }
+
+
 def stats(rendered, **more):
     """STATS.json of a picture, as docs/cli.md explains it; more: further entries of `config`."""
     image = rendered.image
@@ -169,7 +185,12 @@ def stats(rendered, **more):
     out |= {"cycles": cycles, "rays": rays, "rays_by_depth": {k: list(by_depth.get(k, ())) for k in KINDS}}
     if image.room is not None:
         out["tbu"] = build_statistics(c, len(image.geometry.info))
-        out["render_cycles"] = cycles = cycles - out["tbu"]["cycles"]
+        before = out["tbu"]["cycles"]
+        if image.records:
+            made = rendered.result.stats["bytes"]
+            out["records"] = record_statistics(c["ACCEL_CYCLES"], sum(made[n] for n in RECORD_BYTES), out["tbu"])
+            before = max(before, out["records"]["cycles"])
+        out["render_cycles"] = cycles = cycles - before
     out["rays_per_cycle_per_rtu"] = _share(traced, cycles) if cycles else None
     out["slots_per_ray"] = _share(used, traced) if slots else None
     out["slots"] = slots | ({"bubble": c["SLOTS_BUBBLE"]} if c else {})
@@ -225,6 +246,10 @@ def summary(values):
             b = values["tbu"]
             out.append(("  of these to build the tree", f"{b['cycles']:,}, {b['cycles_per_triangle']:.1f} a triangle"))
             out.append(("bytes to build the tree", f"{b['bytes']:,}, {b['bytes_per_triangle']:.0f} a triangle"))
+        if "records" in values:
+            r = values["records"]
+            out.append(("cycles to make records, meanwhile", f"{r['cycles']:,}, {r['cycles_per_triangle']:.1f} a triangle"))
+            out.append(("bytes to make records", f"{r['bytes']:,}, {r['bytes_per_triangle']:.0f} a triangle"))
         out.append(("rays per cycle per RTU", f"{values['rays_per_cycle_per_rtu']:.4f}"))
     if values["slots_per_ray"] is not None:
         out.append(("slots per ray", f"{values['slots_per_ray']:.2f}"))

@@ -30,7 +30,7 @@ HIT_DTYPE = np.dtype([
     ("tri", "<u4"), ("t", "<u4"), ("beta", "<u4"), ("gamma", "<u4"),
     ("slots", "<u2"), ("lost", "<u2"), ("twos", "<u2"), ("zero", "<u2")])
 
-RENDER, BUILD_TREE = 1, 2  # bits of CTRL: render a picture, build the tree (before it)
+RENDER, BUILD_TREE, RECORDS = 1, 2, 4  # bits of CTRL: render a picture; build the tree, make records before it
 RAY_KINDS = ("primary", "shadow", "reflect", "transmit")  # ray_kind_e of rc_pkg.sv
 
 _EXIT_FRAME_ERROR = 2
@@ -92,8 +92,8 @@ def build(*, mem_width: int = 64, waves: bool = False, tbu: bool = False, cap: i
     """The harness's executable, made if a source has changed (about a minute, seconds from ccache).
 
     Args: mem_width, bits of the memory bus; waves: with FST tracing, which runs several times slower;
-        tbu: with the tree builder, whose sorting pipelines hold `cap` references; caches: parameters of the caches by
-        name, others keep their defaults: NtSets, ListSets, L2Sets, L2Ways; sources: RTL to use instead of rtl/rc.f.
+        tbu: with record unit and tree builder, whose sorting pipelines hold `cap` references; caches: parameters of the caches
+            by name, others keep their defaults: NtSets, ListSets, L2Sets, L2Ways; sources: RTL to use instead of rtl/rc.f.
     Raises: ToolchainError if the build fails.
     """
     sim = REPO / "sim"
@@ -118,7 +118,7 @@ def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memo
         faults: errors of the memory, such as ("slverr-at", 3): see docs/simulation.md.
         max_cycles, watchdog: give up after so many cycles, or so many in which nothing happens.
         progress: show a progress line (default: if stderr is a terminal); sources: as in build.
-        control: RENDER, BUILD_TREE or both; tbu, cap, caches: as in build (default: with the tree builder if it is to build).
+        control: sum of RENDER, BUILD_TREE, RECORDS; tbu, cap, caches: as in build (default: with the builders if one is to work).
         keep_memory: return the memory as the frame left it.
     Raises: FrameError if the frame ends with STATUS.error; OptionError for registers that do not exist or paths that
         cannot be written; SimError if the RTL hangs, breaks a rule of AXI or leaves its regions, or an assertion fails;
@@ -129,7 +129,7 @@ def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memo
             raise OptionError(f"no register {name}")
         if not 0 <= int(value) < 1 << 32:
             raise OptionError(f"register {name}: {value} does not fit in 32 bits")
-    tbu = bool(control & BUILD_TREE) if tbu is None else tbu
+    tbu = bool(control & (BUILD_TREE | RECORDS)) if tbu is None else tbu
     exe = build(mem_width=memory.width, waves=waves is not None, tbu=tbu, cap=cap, caches=caches, sources=sources)
     show = sys.stderr.isatty() if progress is None else progress
     with tempfile.TemporaryDirectory(prefix="raycore-") as folder:

@@ -333,6 +333,12 @@ module rc_regs (
         logic TBU_LINES;
         logic TBU_ROWS;
         logic TBU_WAITS;
+        logic ACCEL_CYCLES;
+        logic ATTR_BASE;
+        logic ACCEL_SLACK;
+        logic ACCEL_EYE_X;
+        logic ACCEL_EYE_Y;
+        logic ACCEL_EYE_Z;
         logic TILE_FIRST;
         logic TILE_COUNT;
     } decoded_reg_strb_t;
@@ -561,6 +567,18 @@ module rc_regs (
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h1a4);
         decoded_reg_strb.TBU_WAITS = cpuif_req_masked & (cpuif_addr == 12'h1a8) & !cpuif_req_is_wr;
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h1a8);
+        decoded_reg_strb.ACCEL_CYCLES = cpuif_req_masked & (cpuif_addr == 12'h1f0) & !cpuif_req_is_wr;
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h1f0);
+        decoded_reg_strb.ATTR_BASE = cpuif_req_masked & (cpuif_addr == 12'h200);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h200);
+        decoded_reg_strb.ACCEL_SLACK = cpuif_req_masked & (cpuif_addr == 12'h204);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h204);
+        decoded_reg_strb.ACCEL_EYE_X = cpuif_req_masked & (cpuif_addr == 12'h208);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h208);
+        decoded_reg_strb.ACCEL_EYE_Y = cpuif_req_masked & (cpuif_addr == 12'h20c);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h20c);
+        decoded_reg_strb.ACCEL_EYE_Z = cpuif_req_masked & (cpuif_addr == 12'h210);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h210);
         decoded_reg_strb.TILE_FIRST = cpuif_req_masked & (cpuif_addr == 12'h220);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h220);
         decoded_reg_strb.TILE_COUNT = cpuif_req_masked & (cpuif_addr == 12'h224);
@@ -588,6 +606,10 @@ module rc_regs (
                 logic next;
                 logic load_next;
             } build;
+            struct {
+                logic next;
+                logic load_next;
+            } accel;
         } CTRL;
         struct {
             struct {
@@ -955,6 +977,36 @@ module rc_regs (
         } TBU_HI_Z;
         struct {
             struct {
+                logic [25:0] next;
+                logic load_next;
+            } line;
+        } ATTR_BASE;
+        struct {
+            struct {
+                logic [13:0] next;
+                logic load_next;
+            } value;
+        } ACCEL_SLACK;
+        struct {
+            struct {
+                logic [15:0] next;
+                logic load_next;
+            } value;
+        } ACCEL_EYE_X;
+        struct {
+            struct {
+                logic [15:0] next;
+                logic load_next;
+            } value;
+        } ACCEL_EYE_Y;
+        struct {
+            struct {
+                logic [15:0] next;
+                logic load_next;
+            } value;
+        } ACCEL_EYE_Z;
+        struct {
+            struct {
                 logic [11:0] next;
                 logic load_next;
             } x;
@@ -980,6 +1032,9 @@ module rc_regs (
             struct {
                 logic value;
             } build;
+            struct {
+                logic value;
+            } accel;
         } CTRL;
         struct {
             struct {
@@ -1285,6 +1340,31 @@ module rc_regs (
         } TBU_HI_Z;
         struct {
             struct {
+                logic [25:0] value;
+            } line;
+        } ATTR_BASE;
+        struct {
+            struct {
+                logic [13:0] value;
+            } value;
+        } ACCEL_SLACK;
+        struct {
+            struct {
+                logic [15:0] value;
+            } value;
+        } ACCEL_EYE_X;
+        struct {
+            struct {
+                logic [15:0] value;
+            } value;
+        } ACCEL_EYE_Y;
+        struct {
+            struct {
+                logic [15:0] value;
+            } value;
+        } ACCEL_EYE_Z;
+        struct {
+            struct {
                 logic [11:0] value;
             } x;
             struct {
@@ -1351,6 +1431,32 @@ module rc_regs (
         end
     end
     assign hwif_out.CTRL.build.value = field_storage.CTRL.build.value;
+    // Field: rc_regs.CTRL.accel
+    always_comb begin
+        automatic logic [0:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.CTRL.accel.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.CTRL && decoded_req_is_wr) begin // SW write
+            next_c = (field_storage.CTRL.accel.value & ~decoded_wr_biten[2:2]) | (decoded_wr_data[2:2] & decoded_wr_biten[2:2]);
+            load_next_c = '1;
+        end else begin // singlepulse clears back to 0
+            next_c = '0;
+            load_next_c = '1;
+        end
+        field_combo.CTRL.accel.next = next_c;
+        field_combo.CTRL.accel.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.CTRL.accel.value <= 1'h0;
+        end else begin
+            if(field_combo.CTRL.accel.load_next) begin
+                field_storage.CTRL.accel.value <= field_combo.CTRL.accel.next;
+            end
+        end
+    end
+    assign hwif_out.CTRL.accel.value = field_storage.CTRL.accel.value;
     // Field: rc_regs.IRQ_ENABLE.done
     always_comb begin
         automatic logic [0:0] next_c;
@@ -2783,6 +2889,121 @@ module rc_regs (
         end
     end
     assign hwif_out.TBU_HI_Z.value.value = field_storage.TBU_HI_Z.value.value;
+    // Field: rc_regs.ATTR_BASE.line
+    always_comb begin
+        automatic logic [25:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.ATTR_BASE.line.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.ATTR_BASE && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.ATTR_BASE.line.value & ~decoded_wr_biten[31:6]) | (decoded_wr_data[31:6] & decoded_wr_biten[31:6]);
+            load_next_c = '1;
+        end
+        field_combo.ATTR_BASE.line.next = next_c;
+        field_combo.ATTR_BASE.line.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.ATTR_BASE.line.value <= 26'h0;
+        end else begin
+            if(field_combo.ATTR_BASE.line.load_next) begin
+                field_storage.ATTR_BASE.line.value <= field_combo.ATTR_BASE.line.next;
+            end
+        end
+    end
+    assign hwif_out.ATTR_BASE.line.value = field_storage.ATTR_BASE.line.value;
+    // Field: rc_regs.ACCEL_SLACK.value
+    always_comb begin
+        automatic logic [13:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.ACCEL_SLACK.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.ACCEL_SLACK && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.ACCEL_SLACK.value.value & ~decoded_wr_biten[13:0]) | (decoded_wr_data[13:0] & decoded_wr_biten[13:0]);
+            load_next_c = '1;
+        end
+        field_combo.ACCEL_SLACK.value.next = next_c;
+        field_combo.ACCEL_SLACK.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.ACCEL_SLACK.value.value <= 14'h80;
+        end else begin
+            if(field_combo.ACCEL_SLACK.value.load_next) begin
+                field_storage.ACCEL_SLACK.value.value <= field_combo.ACCEL_SLACK.value.next;
+            end
+        end
+    end
+    assign hwif_out.ACCEL_SLACK.value.value = field_storage.ACCEL_SLACK.value.value;
+    // Field: rc_regs.ACCEL_EYE_X.value
+    always_comb begin
+        automatic logic [15:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.ACCEL_EYE_X.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.ACCEL_EYE_X && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.ACCEL_EYE_X.value.value & ~decoded_wr_biten[15:0]) | (decoded_wr_data[15:0] & decoded_wr_biten[15:0]);
+            load_next_c = '1;
+        end
+        field_combo.ACCEL_EYE_X.value.next = next_c;
+        field_combo.ACCEL_EYE_X.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.ACCEL_EYE_X.value.value <= 16'h0;
+        end else begin
+            if(field_combo.ACCEL_EYE_X.value.load_next) begin
+                field_storage.ACCEL_EYE_X.value.value <= field_combo.ACCEL_EYE_X.value.next;
+            end
+        end
+    end
+    assign hwif_out.ACCEL_EYE_X.value.value = field_storage.ACCEL_EYE_X.value.value;
+    // Field: rc_regs.ACCEL_EYE_Y.value
+    always_comb begin
+        automatic logic [15:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.ACCEL_EYE_Y.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.ACCEL_EYE_Y && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.ACCEL_EYE_Y.value.value & ~decoded_wr_biten[15:0]) | (decoded_wr_data[15:0] & decoded_wr_biten[15:0]);
+            load_next_c = '1;
+        end
+        field_combo.ACCEL_EYE_Y.value.next = next_c;
+        field_combo.ACCEL_EYE_Y.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.ACCEL_EYE_Y.value.value <= 16'h0;
+        end else begin
+            if(field_combo.ACCEL_EYE_Y.value.load_next) begin
+                field_storage.ACCEL_EYE_Y.value.value <= field_combo.ACCEL_EYE_Y.value.next;
+            end
+        end
+    end
+    assign hwif_out.ACCEL_EYE_Y.value.value = field_storage.ACCEL_EYE_Y.value.value;
+    // Field: rc_regs.ACCEL_EYE_Z.value
+    always_comb begin
+        automatic logic [15:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.ACCEL_EYE_Z.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.ACCEL_EYE_Z && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.ACCEL_EYE_Z.value.value & ~decoded_wr_biten[15:0]) | (decoded_wr_data[15:0] & decoded_wr_biten[15:0]);
+            load_next_c = '1;
+        end
+        field_combo.ACCEL_EYE_Z.value.next = next_c;
+        field_combo.ACCEL_EYE_Z.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.ACCEL_EYE_Z.value.value <= 16'h0;
+        end else begin
+            if(field_combo.ACCEL_EYE_Z.value.load_next) begin
+                field_storage.ACCEL_EYE_Z.value.value <= field_combo.ACCEL_EYE_Z.value.next;
+            end
+        end
+    end
+    assign hwif_out.ACCEL_EYE_Z.value.value = field_storage.ACCEL_EYE_Z.value.value;
     // Field: rc_regs.TILE_FIRST.x
     always_comb begin
         automatic logic [11:0] next_c;
@@ -3194,6 +3415,24 @@ module rc_regs (
         end
         if(rd_mux_addr == 12'h1a8) begin
             readback_data_var[31:0] = hwif_in.TBU_WAITS.value.next;
+        end
+        if(rd_mux_addr == 12'h1f0) begin
+            readback_data_var[31:0] = hwif_in.ACCEL_CYCLES.value.next;
+        end
+        if(rd_mux_addr == 12'h200) begin
+            readback_data_var[31:6] = field_storage.ATTR_BASE.line.value;
+        end
+        if(rd_mux_addr == 12'h204) begin
+            readback_data_var[13:0] = field_storage.ACCEL_SLACK.value.value;
+        end
+        if(rd_mux_addr == 12'h208) begin
+            readback_data_var[15:0] = field_storage.ACCEL_EYE_X.value.value;
+        end
+        if(rd_mux_addr == 12'h20c) begin
+            readback_data_var[15:0] = field_storage.ACCEL_EYE_Y.value.value;
+        end
+        if(rd_mux_addr == 12'h210) begin
+            readback_data_var[15:0] = field_storage.ACCEL_EYE_Z.value.value;
         end
         if(rd_mux_addr == 12'h220) begin
             readback_data_var[11:0] = field_storage.TILE_FIRST.x.value;

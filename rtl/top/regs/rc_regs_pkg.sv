@@ -393,6 +393,14 @@ package rc_regs_pkg;
     } rc_regs__TBU_WAITS__in_t;
 
     typedef struct {
+        logic [31:0] next;
+    } rc_regs__ACCEL_CYCLES__value__in_t;
+
+    typedef struct {
+        rc_regs__ACCEL_CYCLES__value__in_t value;
+    } rc_regs__ACCEL_CYCLES__in_t;
+
+    typedef struct {
         logic frame_busy;
         rc_regs__STATUS__in_t STATUS;
         rc_regs__IRQ_STATUS__in_t IRQ_STATUS;
@@ -440,6 +448,7 @@ package rc_regs_pkg;
         rc_regs__TBU_LINES__in_t TBU_LINES;
         rc_regs__TBU_ROWS__in_t TBU_ROWS;
         rc_regs__TBU_WAITS__in_t TBU_WAITS;
+        rc_regs__ACCEL_CYCLES__in_t ACCEL_CYCLES;
     } rc_regs__in_t;
 
     typedef struct {
@@ -451,8 +460,13 @@ package rc_regs_pkg;
     } rc_regs__CTRL__build__out_t;
 
     typedef struct {
+        logic value;
+    } rc_regs__CTRL__accel__out_t;
+
+    typedef struct {
         rc_regs__CTRL__render__out_t render;
         rc_regs__CTRL__build__out_t build;
+        rc_regs__CTRL__accel__out_t accel;
     } rc_regs__CTRL__out_t;
 
     typedef struct {
@@ -940,6 +954,46 @@ package rc_regs_pkg;
     } rc_regs__TBU_HI_Z__out_t;
 
     typedef struct {
+        logic [25:0] value;
+    } rc_regs__ATTR_BASE__line__out_t;
+
+    typedef struct {
+        rc_regs__ATTR_BASE__line__out_t line;
+    } rc_regs__ATTR_BASE__out_t;
+
+    typedef struct {
+        logic [13:0] value;
+    } rc_regs__ACCEL_SLACK__value__out_t;
+
+    typedef struct {
+        rc_regs__ACCEL_SLACK__value__out_t value;
+    } rc_regs__ACCEL_SLACK__out_t;
+
+    typedef struct {
+        logic [15:0] value;
+    } rc_regs__ACCEL_EYE_X__value__out_t;
+
+    typedef struct {
+        rc_regs__ACCEL_EYE_X__value__out_t value;
+    } rc_regs__ACCEL_EYE_X__out_t;
+
+    typedef struct {
+        logic [15:0] value;
+    } rc_regs__ACCEL_EYE_Y__value__out_t;
+
+    typedef struct {
+        rc_regs__ACCEL_EYE_Y__value__out_t value;
+    } rc_regs__ACCEL_EYE_Y__out_t;
+
+    typedef struct {
+        logic [15:0] value;
+    } rc_regs__ACCEL_EYE_Z__value__out_t;
+
+    typedef struct {
+        rc_regs__ACCEL_EYE_Z__value__out_t value;
+    } rc_regs__ACCEL_EYE_Z__out_t;
+
+    typedef struct {
         logic [11:0] value;
     } rc_regs__TILE_FIRST__x__out_t;
 
@@ -1020,6 +1074,11 @@ package rc_regs_pkg;
         rc_regs__TBU_HI_X__out_t TBU_HI_X;
         rc_regs__TBU_HI_Y__out_t TBU_HI_Y;
         rc_regs__TBU_HI_Z__out_t TBU_HI_Z;
+        rc_regs__ATTR_BASE__out_t ATTR_BASE;
+        rc_regs__ACCEL_SLACK__out_t ACCEL_SLACK;
+        rc_regs__ACCEL_EYE_X__out_t ACCEL_EYE_X;
+        rc_regs__ACCEL_EYE_Y__out_t ACCEL_EYE_Y;
+        rc_regs__ACCEL_EYE_Z__out_t ACCEL_EYE_Z;
         rc_regs__TILE_FIRST__out_t TILE_FIRST;
         rc_regs__TILE_COUNT__out_t TILE_COUNT;
     } rc_regs__out_t;

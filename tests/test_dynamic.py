@@ -67,22 +67,28 @@ def test_image():
     assert all(plain.registers[n] == v for n, v in image.registers.items() if n not in own)
 
 
-@pytest.mark.parametrize("pauses", [0.0, 0.4])
-def test_frame_of_the_rtl(seed, pauses):
+@pytest.mark.parametrize(("pauses", "records"), [(0.0, False), (0.4, True)])
+def test_frame_of_the_rtl(seed, pauses, records):
     """Mirrors, glass, masks; what the tree says of transparency comes from the vertex records."""
     geometry = build_geometry(load_scene("tiny_glass"), in_hardware=True)
     memory = sim.Memory(latency=17, backpressure=pauses, seed=seed)
-    frame = dynamic.render_frame(geometry, View(24, 16, max_depth=4), memory, True, True, progress=False)
+    frame = dynamic.render_frame(geometry, View(24, 16, max_depth=4), memory, True, True, records, progress=False)
     check = dynamic.check_frame(frame)
-    assert check.same, (check.exact.examples, check.difference)
+    assert check.same, (check.exact.examples, check.difference, check.records)
     stats = frame.result.stats
     c, moved = stats["counters"], stats["bytes"]
-    assert moved["vertices"] == 64 * c["TBU_LINES"] and moved["nodes_built"] + moved["lists_built"] == 32 * c["TBU_ROWS"]
+    shared = 64 * -(-len(geometry.info) // 2) if records else 0      # vertices read by the record unit
+    assert moved["vertices"] == 64 * c["TBU_LINES"] + shared and moved["nodes_built"] + moved["lists_built"] == 32 * c["TBU_ROWS"]
     assert c["TBU_NODES"] > 100 and 0 < c["TBU_CYCLES"] < c["CYCLES"]
     spoilt = replace(frame.result, memory=frame.result.memory.copy())
     at = frame.image.regions["nodes"][0] + 8 * c["TBU_ROOT"]
     spoilt.memory[at + 1] ^= 1                                     # the root's plane
     assert dynamic.check_frame(replace(frame, result=spoilt)).difference.startswith("at root")
+    if records:
+        assert (c["ACCEL_CYCLES"], moved["triaccel_made"]) > (30 * len(geometry.info), 0)
+        for region, text in (("info", "in 1 records of triangle information"), ("triaccel", "in 1 TriAccel records")):
+            spoilt.memory[frame.image.regions[region][0]] ^= 1
+            assert dynamic.check_frame(replace(frame, result=spoilt)).records.startswith(text)
     spoilt.memory[at : at + 8] = 255
     with pytest.raises(SimError, match="makes no sense"):
         dynamic.check_frame(replace(frame, result=spoilt))
@@ -107,6 +113,21 @@ def test_more_room(monkeypatch):
     assert error.value.code == dynamic.ERR_TBU_NODE and error.value.addr == 128
 
 
+def test_image_without_records():
+    """What the record unit reads is there, what it writes is not."""
+    geometry = build_geometry(load_scene("tiny"), in_hardware=True)
+    image = build_image(geometry, View(16, 8), room=tbu.sizes(27), records=True)
+    for name in ("triaccel", "info"):
+        assert not image.memory[slice(*image.regions[name])].any()
+    assert image.memory[slice(*image.regions["attributes"])].any()
+    assert image.registers["ATTR_BASE"] == image.regions["attributes"][0] and image.registers["ACCEL_SLACK"] >= 128
+    alone = build_image(build_geometry(load_scene("tiny"), tbu.Params()), View(16, 8), records=True)
+    result = sim.run_frame(alone.memory, alone.registers, control=sim.RECORDS | sim.RENDER, progress=False)
+    plain = build_image(build_geometry(load_scene("tiny"), tbu.Params()), View(16, 8))
+    other = sim.run_frame(plain.memory, plain.registers, progress=False)
+    assert (result.frame == other.frame).all() and result.stats["counters"]["TBU_CYCLES"] == 0
+
+
 def test_build_alone():
     """A frame without a picture leaves the tree and no pixels."""
     geometry = build_geometry(load_scene("tiny"), in_hardware=True)
@@ -118,15 +139,20 @@ def test_build_alone():
 
 def test_render_command(command, tmp_path):
     out, stats = tmp_path / "a.png", tmp_path / "a.json"
-    code, text, _ = command("render", "tiny", "-o", out, "--size", "16x8", "--tree", "rtl", "--check", "--stats", stats)
-    assert code == 0 and "node by node: yes" in text and "to build the tree" in text
+    code, text, _ = command("render", "tiny", "-o", out, "--size", "16x8", "--tree", "rtl", "--accel", "rtl", "--check",
+                            "--stats", stats)  # fmt: skip
+    assert code == 0 and "node by node: yes" in text and "bit by bit: yes" in text and "to build the tree" in text
     values = json.loads(stats.read_text())
     assert values["tbu"]["triangles"] == 27 and values["check"]["tree"] == {"same": True, "difference": None}
-    assert values["cycles"] == values["render_cycles"] + values["tbu"]["cycles"]
+    assert values["check"]["records"] == {"same": True, "difference": None}
+    assert values["cycles"] == values["render_cycles"] + max(values["tbu"]["cycles"], values["records"]["cycles"])
+    assert values["records"]["bytes"] == 160 * 27 + 64               # an odd number: half a line more of each that is read
     assert values["rays_per_cycle_per_rtu"] == values["rays"]["total"] / values["render_cycles"]
     assert 0 < values["tbu"]["bytes_per_triangle"] < 200
     code, _, err = command("render", "tiny", "-o", out, "--tree", "rtl", "--engine", "model")
     assert code == 2 and "only the engine rtl builds trees" in err
+    code, _, err = command("render", "tiny", "-o", out, "--accel", "rtl")
+    assert code == 2 and err == "raycore: --accel rtl: only with --tree rtl\n"
 
 
 def test_animate_command(command, moving, tmp_path):

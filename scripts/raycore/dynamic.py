@@ -22,8 +22,8 @@ def render_frame(geometry, view=None, memory=None, hits=False, keep_memory=False
     """Build the tree, make the records if asked to, and render, in one frame of the RTL.
 
     Args: geometry: from `image.build_geometry(..., in_hardware=True)`; view: `image.View`; memory: `sim.Memory`;
-        hits: keep the hit records; keep_memory: keep memory, and with it the tree; records: the RTL makes them; simulation: more arguments of
-        `sim.run_frame`.
+        hits: keep the hit records; keep_memory: keep memory, and with it the tree; records: the RTL makes them;
+        simulation: more arguments of `sim.run_frame`.
     Returns: `render.Rendered`. Raises: SimError, also if the tree does not fit with sixteen times the usual room.
     """
     factor, cap = 1, geometry.tree.params.cap

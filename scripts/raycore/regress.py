@@ -46,6 +46,7 @@ class FrameCase:
     view: View
     memory: sim.Memory
     build: bool = False  # the RTL builds the tree first
+    records: bool = False  # and makes the records
 
     @property
     def name(self):
@@ -60,6 +61,7 @@ class FrameCase:
         parts += [f"{len(v.lights)}lights"] if v.lights is not None else []
         parts += ["rgb10"] if v.fb_format == RGB10A2 else []
         parts += ["built"] if self.build else []
+        parts += ["records"] if self.records else []
         return "frame/" + "-".join(parts)
 
 
@@ -70,6 +72,11 @@ class FaultCase:
     seed: int
     scene: str = "tiny"
     build: bool = False  # the RTL builds the tree first
+
+    @property
+    def records(self):
+        """Whether the RTL makes the records too."""
+        return self.build and self.seed % 2 == 1
 
     @property
     def name(self):
@@ -169,7 +176,7 @@ def _built_cases(level, rng):
     names = ("tiny", "nasty") if level == "quick" else ("tiny", "tiny_glass", "nasty", "glass_room", "gloss", "chess", "pendulum")
     rounds = {"quick": 1, "normal": 2, "full": 10}[level]
     out = []
-    for name in names:
+    for n, name in enumerate(names):
         view = View(48, 32, max_depth=4) if level != "full" else View(160, 96, max_depth=6)
         for i in range(rounds):
             memory = sim.Memory(
@@ -177,7 +184,7 @@ def _built_cases(level, rng):
                 backpressure=float(rng.choice([0.1, 0.4])) if i else 0.0,
                 seed=int(rng.integers(1000)),
             )
-            out.append(FrameCase(name, view, memory, True))
+            out.append(FrameCase(name, view, memory, True, (n + i) % 2 == 1))
     return out
 
 
@@ -224,11 +231,11 @@ class Images:
 
     def to_spoil(self, case):
         """The image of a `FaultCase`, and counters of its frame without a fault."""
-        key = (case.scene, case.build)
+        key = (case.scene, case.build, case.records)
         if key not in self._clean:
             if case.build:
                 geometry = self.unbuilt(case.scene)
-                image = build_image(geometry, FAULT_VIEW, room=tbu.sizes(len(geometry.info)))
+                image = build_image(geometry, FAULT_VIEW, room=tbu.sizes(len(geometry.info)), records=case.records)
             else:
                 image = self.image(case.scene, FAULT_VIEW)
             stats = sim.run_frame(image.memory, image.registers, control=_control(image), progress=False).stats
@@ -238,7 +245,7 @@ class Images:
 
 def _control(image):
     """What is written to CTRL for an image."""
-    return sim.RENDER if image.room is None else sim.BUILD_TREE | sim.RENDER
+    return sim.RENDER | sim.BUILD_TREE * (image.room is not None) | sim.RECORDS * image.records
 
 
 def run_frame(case, image, reference):
@@ -258,13 +265,16 @@ _REFERENCE = threading.Lock()  # the reference is compiled code that runs once a
 def run_built(case, geometry):
     """Run a `FrameCase` whose tree the RTL builds; the tree is compared too. Returns: `Outcome`."""
     began = time.perf_counter()
-    frame = dynamic.render_frame(geometry, case.view, case.memory, hits=True, keep_memory=True, progress=False)
+    frame = dynamic.render_frame(
+        geometry, case.view, case.memory, hits=True, keep_memory=True, records=case.records, progress=False
+    )
     with _REFERENCE:
         found = dynamic.check_frame(frame)
     exact = found.exact
     what = "same, tree too" if found.same else f"{exact.pixels} pixels, {exact.hits} hits, {len(exact.counters)} counters differ"
     details = exact.examples + [f"{c}: RTL {a}, reference {b}" for c, (a, b) in exact.counters.items()]
     details += [f"tree: {found.difference}"] if found.difference else []
+    details += [f"differs {found.records}"] if found.records else []
     cycles = frame.result.stats["counters"]["CYCLES"]
     return Outcome(case.name, found.same, what, cycles, exact.rays, time.perf_counter() - began, details)
 
@@ -272,7 +282,8 @@ def run_built(case, geometry):
 def _some_region(image, rng):
     """A region that a frame of this image reads."""
     if image.room is not None and rng.random() < 0.7:
-        return "vertices"  # nodes and lists are written before they are read
+        # Nodes and lists are written before they are read, and so may records be.
+        return "attributes" if image.records and rng.random() < 0.3 else "vertices"
     names = [n for n in FLIPPED if image.regions.get(n, (0, 0))[1] > image.regions.get(n, (0, 0))[0]]
     often = np.array([FLIPPED[n] for n in names], float)
     return names[rng.choice(len(names), p=often / often.sum())]

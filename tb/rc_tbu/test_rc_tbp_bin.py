@@ -35,7 +35,7 @@ from raycore.model.tbu_memory import compare, pack_box, pack_refs, unpack_refs
 from raycore.tbutil import rtl, run_cocotb
 
 SOURCES = rtl("prim/rc_skid.sv", "prim/rc_ram_1r1w.sv", "prim/rc_fifo.sv", "tbu/rc_tbu_pkg.sv", "tbu/rc_tbp_bin_pkg.sv",
-              "tbu/rc_tbu_box.sv", "tbu/rc_tbu_fetch.sv", "tbu/rc_tbp_bin_class.sv", "tbu/rc_tbp_bin_write.sv",
+              "tbu/rc_tbu_fix.sv", "tbu/rc_tbu_box.sv", "tbu/rc_tbu_fetch.sv", "tbu/rc_tbp_bin_class.sv", "tbu/rc_tbp_bin_write.sv",
               "tbu/rc_tbp_bin_axis.sv", "tbu/rc_tbp_bin_eval.sv", "tbu/rc_tbp_bin_plane.sv", "tbu/rc_tbp_bin_pass.sv",
               "tbu/rc_tbp_bin_ctrl.sv", "tbu/rc_tbp_bin.sv")  # fmt: skip
 VERTEX, REF, LIST = 0x1000, 0x20000, 0x80000   # lines

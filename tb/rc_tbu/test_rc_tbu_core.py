@@ -22,7 +22,7 @@ from raycore.model.tbu_memory import pack_box, unpack_refs, walk_memory
 from raycore.tbutil import rtl, run_cocotb
 
 SOURCES = rtl("prim/rc_skid.sv", "prim/rc_ram_1r1w.sv", "prim/rc_fifo.sv", "prim/rc_rr_arb.sv", "prim/rc_idx_pool.sv",
-              "tbu/rc_tbu_pkg.sv", "tbu/rc_tbp_bin_pkg.sv", "tbu/rc_tbu_box.sv", "tbu/rc_tbu_fetch.sv",
+              "tbu/rc_tbu_pkg.sv", "tbu/rc_tbp_bin_pkg.sv", "tbu/rc_tbu_fix.sv", "tbu/rc_tbu_box.sv", "tbu/rc_tbu_fetch.sv",
               "tbu/rc_tbp_bin_class.sv", "tbu/rc_tbp_bin_write.sv", "tbu/rc_tbp_bin_axis.sv", "tbu/rc_tbp_bin_eval.sv",
               "tbu/rc_tbp_bin_plane.sv", "tbu/rc_tbp_bin_pass.sv", "tbu/rc_tbp_bin_ctrl.sv", "tbu/rc_tbp_bin.sv",
               "tbu/rc_tbu_load.sv", "tbu/rc_tbu_route.sv", "tbu/rc_tbu_upper.sv", "tbu/rc_tbu_alloc.sv",

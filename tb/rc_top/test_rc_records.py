@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import cocotb
 import numpy as np
 from standin import sources
-from test_rc_build import BUILD, CAP, ERR_COORD, ERR_CONFIG, ERR_NODE, RENDER, VERTICES, Bench, Object
+from test_rc_build import BUILD, CAP, ERR_CONFIG, ERR_COORD, ERR_NODE, RENDER, VERTICES, Bench, Object
 
 from raycore import accel, image, triaccel
 from raycore.model import accel as model

@@ -72,7 +72,6 @@ module rc_accel_norm import rc_pkg::*; import rc_accel_pkg::*; (
       2'd1:    normal = {kuv[1], kuv[0], kuv[2]};
       default: normal = {kuv[0], kuv[2], kuv[1]};
     endcase
-    if (p_q.dead) normal = '0;
   end
 
   // ---- edge slack --------------------------------------------------------------------------------------------

@@ -15,5 +15,5 @@ module rc_tbu_fix import rc_pkg::*; (
   assign lost  = sig & ~({(FP_MAN_W + 1) {1'b1}} << right);
   assign mag_o = sig >> right;
   assign neg_o = x_i[FP_W-1];
-  assign bad_o = e > FP_EXP_W'(TOP) || lost != '0;
+  assign bad_o = lost != '0;                         // right wraps for larger numbers, and all is lost
 endmodule

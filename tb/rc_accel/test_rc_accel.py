@@ -24,7 +24,7 @@ VERTEX, ATTR, ACCEL, INFO = 0x100, 0x40000, 0x3000000, 0x3F00000
 TOP = (1 << 17) - 1
 SEED = int(os.environ.get("RAYCORE_SEED", "1"), 0)
 ROUNDS = int(os.environ.get("RAYCORE_ACCEL_ROUNDS", "3"))
-KINDS = ("soup", "tiny", "extreme", "axis", "plane", "needle", "none", "tent", "same")
+KINDS = ("soup", "tiny", "extreme", "axis", "plane", "needle", "none", "tent", "same", "half", "sharp")
 
 
 def triangles(rng, kind, n):
@@ -55,6 +55,24 @@ def triangles(rng, kind, n):
         return a[:, None] + d[:, None] * rng.integers(-3, 4, (n, 3, 1))
     if kind == "tent":                                 # ties in rounding: edges and heights of few bits
         return rng.integers(-4, 5, (n, 3, 3)) << rng.integers(0, 15, (n, 1, 1))
+    if kind == "half":                                 # determinant a power of two: quotients that lie exactly between two
+        a, b = 1 << rng.integers(12, 17, n), 1 << rng.integers(12, 17, n)
+        z, p, q = np.zeros(n, np.int64), rng.integers(0, 1 << 10, n), rng.integers(0, 1 << 10, n)
+        far = rng.random(n) < 0.3
+        q[far] = rng.integers(1 << 17, TOP * 2, far.sum()) | 1
+        e1, e2 = np.stack((a, z, p), axis=1), np.stack((q, b, rng.integers(0, 1 << 18, n) // a), axis=1)
+        v0 = np.where(q[:, None] > TOP, (-TOP, 0, 0), rng.integers(-100, 100, (n, 3)))
+        return np.roll(np.stack((v0, v0 + e1, v0 + e2), axis=1), rng.integers(3), axis=2)
+    if kind == "sharp":                                # edge slack next to a bound of its code
+        pool = rng.integers(-TOP // 2, TOP // 2, (400_000, 3, 3))
+        e1, e2 = pool[:, 1] - pool[:, 0], pool[:, 2] - pool[:, 0]
+        normal = np.cross(e1, e2)
+        k = np.abs(normal).argmax(axis=1)[:, None]
+        square = [(e**2).sum(axis=1, keepdims=True) - np.take_along_axis(e, k, axis=1) ** 2 for e in (e1, e2, e2 - e1)]
+        with np.errstate(divide="ignore"):
+            eps = np.sqrt(np.max(square, axis=0)) / np.abs(np.take_along_axis(normal, k, axis=1))
+        m = 32.0 * np.frexp(eps)[0][:, 0]
+        return pool[np.abs(m - np.rint(m)).argsort()[:n]]
     return np.repeat(rng.integers(-TOP, TOP + 1, (1, 3, 3)), n, axis=0)
 
 
@@ -190,8 +208,8 @@ async def records(dut):
     await bench.reset()
     for round_ in range(ROUNDS):
         for kind in KINDS:
-            n = int(rng.choice([1, 2, 3, 20, 41]))
-            job = Job(rng, triangles(rng, kind, n), view(rng))
+            n = 80 if kind in ("half", "sharp") else int(rng.choice([1, 2, 3, 20, 41]))
+            job = Job(rng, triangles(rng, kind, n), model.Slack() if kind == "sharp" else view(rng))
             p, latency = random.choice([(1.0, 1), (1.0, 60), (0.5, 5), (0.1, 2), (0.8, 200)])
             rows, _, bad = await bench.run(job, p, latency)
             assert bad is None

@@ -31,7 +31,7 @@ FP_UNITS = ["rc_fp_add", "rc_fp_add3", "rc_fp_mul", "rc_fp_cmp", "rc_fp_div", "r
             "rc_fp_from_int", "rc_fp_to_unorm"]
 PIPE, RTU = "rc_tni_pipe", "rc_rtu"
 BLOCKS = [PIPE, RTU]
-TBP_BIN, TBP_SORT, TBU = "rc_tbp_bin", "rc_tbp_sort", "rc_tbu"
+TBP_BIN, TBP_SORT, TBU, ACCEL = "rc_tbp_bin", "rc_tbp_sort", "rc_tbu", "rc_accel"
 
 # Paper Table I, ray-tracing unit, by unit and in all: 2-input adders, 3-input adders, comparators, multipliers, dividers,
 # square roots, exponential units.
@@ -154,14 +154,14 @@ def builder_table(luts):
     """Table: operators of the tree-building unit beside Table I; luts: of an FP adder and a comparator, if they are known."""
     sort, whole, one = operators(TBP_SORT), operators(TBU), operators(TBP_BIN)
     four = {kind: Counter({w: 4 * n for w, n in counts.items()}) for kind, counts in sort.items()}
-    rows = {"1 binning pipeline": one, "4 sorting pipelines": four, "all": whole}
+    rows = {"1 binning pipeline": one, "4 sorting pipelines": four, "all": whole, "record unit, apart": operators(ACCEL)}
     table = Table(title=f"Tree-building unit: operators of {WORD} bits and more / Table I; here integers, there FP24")
     table.add_column("unit")
     for kind in (*OPERATORS, "bits of the adders", "of the comparators"):
         table.add_column(kind, justify="right")
     for name, counts in rows.items():
         bits = [f"{sum(w * n for w, n in counts[kind].items()):,}" for kind in ("adder", "comparator")]
-        pairs = (f"{counts[kind].total()} / {paper}" for kind, paper in zip(OPERATORS, PAPER_TBU[name], strict=True))
+        pairs = (f"{counts[kind].total()} / {paper}" for kind, paper in zip(OPERATORS, PAPER_TBU.get(name, "––––"), strict=True))
         table.add_row(name, *pairs, *bits, style="bold" if name == "all" else None)
     (OUT / "builder.json").write_text(json.dumps(rows, indent=1))
     if luts is not None:

@@ -9,7 +9,7 @@ import pytest
 from standin import scene, sources
 
 from raycore.errors import OptionError, SimError
-from raycore.sim import BUILD_TREE, RENDER, FrameError, Memory, run_frame
+from raycore.sim import BUILD_TREE, RECORDS, RENDER, FrameError, Memory, run_frame
 
 ERR_NODE, ERR_SLVERR, ERR_DECERR, ERR_WINDOW, ERR_CONFIG = 1, 6, 7, 8, 10
 RTL = sources()
@@ -110,10 +110,13 @@ def test_first_tile(seed, first, inside):
         assert (info.value.code, info.value.addr) == (ERR_CONFIG, 0x220)
 
 
-def test_no_builder(seed):
-    """The core without a tree builder refuses to build, and names CTRL."""
+@pytest.mark.parametrize("control", [BUILD_TREE | RENDER, RECORDS, RECORDS | RENDER])
+def test_no_builder(seed, control):
+    """The core without a tree builder or record unit refuses to build or to make records, and names CTRL."""
+    made = scene(seed)
+    made.regs |= {"ATTR_BASE": 0x2000, "VERTEX_BASE": 0x2000}
     with pytest.raises(FrameError) as info:
-        run(scene(seed), control=BUILD_TREE | RENDER, tbu=False)
+        run(made, control=control, tbu=False)
     assert (info.value.code, info.value.addr) == (ERR_CONFIG, 0x08)
 
 

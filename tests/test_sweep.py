@@ -62,6 +62,10 @@ def test_sram_is_that_of_the_elaborated_unit():
         other = sum(n for row, n in bits.items() if not row.startswith(("L1", "L2"))) / 8192
         assert abs(other - sweep.OTHER_SRAM_KB) < 0.05, f"OTHER_SRAM_KB should be {other:.2f}"
         assert abs(point.sram_kb - sum(bits.values()) / 8192) < 0.05
+        top = synth.sram_bits("rc_top", {"Tbu": 0} | sizes)  # the sizes reach the caches from there
+        assert {row: n for row, n in top.items() if row.startswith("L")} == {
+            row: n for row, n in bits.items() if row.startswith("L")
+        }
 
 
 def test_defaults_are_those_of_the_rtl():

@@ -168,7 +168,7 @@ def stats(rendered, **more):
     rays["total"] = traced
     out |= {"cycles": cycles, "rays": rays, "rays_by_depth": {k: list(by_depth.get(k, ())) for k in KINDS}}
     if image.room is not None:
-        out["tbu"] = build_statistics(c, len(image.geometry.info))
+        out["tbu"] = build_statistics(c, getattr(image.room, "triangles", len(image.geometry.info)))
         out["render_cycles"] = cycles = cycles - out["tbu"]["cycles"]
     out["rays_per_cycle_per_rtu"] = _share(traced, cycles) if cycles else None
     out["slots_per_ray"] = _share(used, traced) if slots else None

@@ -3,6 +3,7 @@
 
 import json
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -118,7 +119,7 @@ def test_image(lively):
         assert told["VERTEX_BASE"] % 64 == 0 and told["TRI_COUNT"] == len(part.refs)
         assert told["NODE_COUNT"] - told["TBU_NODE_FIRST"] >= 5 * len(part.refs)
         ends.append((told["TBU_NODE_FIRST"], told["NODE_COUNT"]))
-    assert ends[0][0] >= things.static.nodes.size and all(a[1] == b[0] for a, b in zip(ends, ends[1:]))
+    assert ends[0][0] >= things.static.nodes.size and all(a[1] == b[0] for a, b in pairwise(ends))
     words = made.memory[slice(*made.regions["instances"])].view("<u8").reshape(-1, 4)
     fields = image.unpack_records(objects.INSTANCE, words)
     for k in range(1, 4):

@@ -34,7 +34,10 @@ from raycore.toolchain import REPO
 FAULT_VIEW = View(24, 16, max_slots=4096, max_depth=4)  # a ray that loops in a broken tree ends the frame soon
 FAULT_CYCLES = 20_000_000
 ERR_SLVERR, ERR_DECERR = 6, 7  # err_e of rtl/rc_pkg.sv
-FLIPPED = {"nodes": 7, "lists": 4, "instances": 4, "triaccel": 4, "info": 3, "materials": 2, "lights": 1, "uv": 2, "textures": 1}  # how often
+FLIPPED = {  # how often
+    **{"nodes": 7, "lists": 4, "instances": 4, "triaccel": 4, "info": 3},
+    **{"materials": 2, "lights": 1, "uv": 2, "textures": 1},
+}
 DEEPEST = 15
 
 

@@ -39,6 +39,7 @@ tni/rc_tni_pkg.sv
 tni/rc_tni.sv
 tni/rc_tni_back.sv
 tni/rc_tni_front.sv
+tni/rc_tni_next.sv
 tni/rc_tni_pipe.sv
 tni/rc_tni_rays.sv
 tni/rc_tni_stack.sv

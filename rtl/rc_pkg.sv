@@ -89,6 +89,14 @@ package rc_pkg;
     logic opaque; logic [1:0] k; logic [4:0] eps_e; logic [3:0] eps_m; fp_t n_v; fp_t n_u;  // word 0
   } triaccel_t;                            // k = 3 never hits
 
+  // Instance, 32 bytes = four words of 60 bits: a tree and its box. Record 0 is the top-level tree, whose lists name the others.
+  typedef struct packed {
+    logic [35:0] zero3;                  fp_t hi_z;                                 // word 3
+    logic [11:0] zero2;  fp_t hi_y;      fp_t hi_x;                                 // word 2
+    logic [11:0] zero1;  fp_t lo_z;      fp_t lo_y;                                 // word 1
+    logic [11:0] zero0;  fp_t lo_x;      idx_t root;                                // word 0
+  } inst_t;
+
   // Triangle information, 64 bytes = eight words of 60 bits.
   typedef struct packed {
     logic [35:0] zero7;              fp_t e2_z;   // word 7   e1 = n1 - n0, e2 = n2 - n0
@@ -244,6 +252,7 @@ package rc_pkg;
     line_addr_t  node_base;  idx_t node_count;  idx_t root;
     line_addr_t  list_base;  idx_t list_count;
     line_addr_t  accel_base; idx_t tri_count;
+    line_addr_t  inst_base;  idx_t inst_count;   // 0: no dynamic objects, the static tree alone
     vec3_t       box_lo;     vec3_t box_hi;
     logic [15:0] max_slots;                // slots a ray may take before the frame ends in error
   } tree_cfg_t;
@@ -272,23 +281,24 @@ package rc_pkg;
   } frame_cfg_t;
 
   // ---- errors that end a frame (docs/registers: ERROR.code) -----------------------------------------
-  typedef enum logic [3:0] {
-    ERR_NONE   = 4'd0,
-    ERR_NODE   = 4'd1,                     // node index outside its region
-    ERR_LIST   = 4'd2,                     // list index outside its region
-    ERR_TRI    = 4'd3,                     // triangle index outside its region
-    ERR_STACK  = 4'd4,                     // tree deeper than the stack
-    ERR_SLOTS  = 4'd5,                     // a ray took more slots than allowed
-    ERR_SLVERR = 4'd6,                     // memory answered SLVERR
-    ERR_DECERR = 4'd7,                     // memory answered DECERR
-    ERR_WINDOW = 4'd8,                     // address outside every window
-    ERR_MAT    = 4'd9,                     // material index outside its region
-    ERR_CONFIG = 4'd10,                    // registers that make no sense (zero size, too many lights)
-    ERR_TBU_NODE  = 4'd11,                 // tree builder: node region too small
-    ERR_TBU_LIST  = 4'd12,                 // tree builder: list region too small
-    ERR_TBU_REF   = 4'd13,                 // tree builder: working memory too small
-    ERR_TBU_COUNT = 4'd14,                 // tree builder: too many triangles
-    ERR_TBU_COORD = 4'd15                  // tree builder: coordinate off the grid or outside it
+  typedef enum logic [4:0] {
+    ERR_NONE   = 5'd0,
+    ERR_NODE   = 5'd1,                     // node index outside its region
+    ERR_LIST   = 5'd2,                     // list index outside its region
+    ERR_TRI    = 5'd3,                     // triangle index outside its region
+    ERR_STACK  = 5'd4,                     // tree deeper than the stack
+    ERR_SLOTS  = 5'd5,                     // a ray took more slots than allowed
+    ERR_SLVERR = 5'd6,                     // memory answered SLVERR
+    ERR_DECERR = 5'd7,                     // memory answered DECERR
+    ERR_WINDOW = 5'd8,                     // address outside every window
+    ERR_MAT    = 5'd9,                     // material index outside its region
+    ERR_CONFIG = 5'd10,                    // registers that make no sense (zero size, too many lights)
+    ERR_TBU_NODE  = 5'd11,                 // tree builder: node region too small
+    ERR_TBU_LIST  = 5'd12,                 // tree builder: list region too small
+    ERR_TBU_REF   = 5'd13,                 // tree builder: working memory too small
+    ERR_TBU_COUNT = 5'd14,                 // tree builder: too many triangles
+    ERR_TBU_COORD = 5'd15,                 // tree builder: coordinate off the grid or outside it
+    ERR_INST      = 5'd16                  // instance index outside its region
   } err_e;
   typedef struct packed {
     err_e  code;

@@ -119,6 +119,11 @@ enum Offset : uint32_t {
   ACCEL_EYE_Z = 0x210,
   TILE_FIRST = 0x220,
   TILE_COUNT = 0x224,
+  INST_BASE = 0x240,
+  INST_COUNT = 0x244,
+  TBU_NODE_FIRST = 0x248,
+  TBU_LIST_FIRST = 0x24C,
+  TBU_TRI_FIRST = 0x250,
 };
 struct Name { const char* name; uint32_t offset; };
 inline constexpr Name NAMES[] = {
@@ -236,6 +241,11 @@ inline constexpr Name NAMES[] = {
   {"ACCEL_EYE_Z", ACCEL_EYE_Z},
   {"TILE_FIRST", TILE_FIRST},
   {"TILE_COUNT", TILE_COUNT},
+  {"INST_BASE", INST_BASE},
+  {"INST_COUNT", INST_COUNT},
+  {"TBU_NODE_FIRST", TBU_NODE_FIRST},
+  {"TBU_LIST_FIRST", TBU_LIST_FIRST},
+  {"TBU_TRI_FIRST", TBU_TRI_FIRST},
 };
 inline constexpr uint32_t FIRST_COUNTER = 0x100;
 inline constexpr uint32_t END_COUNTERS = 0x200;

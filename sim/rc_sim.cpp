@@ -393,7 +393,7 @@ void Simulation::run() {
         "registers that make no sense (register 0x%03x)",
         "room for %u nodes is too little for the tree", "room for %u list entries is too little for the tree",
         "working memory of %u references is too little for the tree builder", "%u triangles are too many for the tree builder",
-        "a vertex is off the grid or outside it"};
+        "a vertex is off the grid or outside it", "instance index %u outside its region"};
     char text[128];
     std::snprintf(text, sizeof text, code < std::size(CAUSE) ? CAUSE[code] : "unknown cause", addr);
     throw Failure(FRAME_ERROR, "the frame ended in error " + std::to_string(code) + ": " + text);

@@ -55,6 +55,7 @@ module rc_tbp_bin import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg:
   rc_tbp_bin_pass u_pass (
     .clk_i, .rst_ni, .start_i(pass_start), .pass_i(pass), .member_i(member), .done_o(pass_done),
     .plane_valid_o(plane_valid), .plane_slot_o(plane_slot), .plane_o(plane), .bad_o,
+    .tri_first_i(cfg_i.tri_first),
     .req_valid_o, .req_ready_i, .req_addr_o, .rsp_valid_i, .rsp_block_i,
     .wr_valid_o, .wr_ready_i, .wr_o, .wr_confirmed_i
   );

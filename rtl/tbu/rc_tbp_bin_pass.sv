@@ -12,6 +12,7 @@ module rc_tbp_bin_pass import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin
   output slot_t      plane_slot_o,
   output plane_t     plane_o,
   output logic       bad_o,                          // for one cycle: a coordinate outside
+  input  tri_first_t tri_first_i,                    // number of the first triangle, where vertices are read
   output logic       req_valid_o,
   input  logic       req_ready_i,
   output line_addr_t req_addr_o,
@@ -86,7 +87,8 @@ module rc_tbp_bin_pass import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin
   rc_tbu_fetch u_fetch (
     .clk_i, .rst_ni,
     .cmd_valid_i(state_q == START && plane_ready), .cmd_ready_o(cmd_ready),
-    .cmd_vertices_i(pass_i.vertices), .cmd_line_i(pass_i.line), .cmd_count_i(pass_i.count),
+    .cmd_vertices_i(pass_i.vertices), .cmd_line_i(pass_i.line), .cmd_tri_i(tri_first_i),
+    .cmd_count_i(pass_i.count),
     .req_valid_o, .req_ready_i, .req_addr_o, .rsp_valid_i, .rsp_block_i,
     .out_valid_o(ref_valid), .out_ready_i(ref_ready), .out_ref_o(in_ref), .bad_o
   );

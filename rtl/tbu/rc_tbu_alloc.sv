@@ -9,7 +9,9 @@ module rc_tbu_alloc import rc_pkg::*; import rc_tbu_pkg::*; #(
 ) (
   input  logic                  clk_i,
   input  logic                  rst_ni,              // all is free
-  input  idx_t                  node_count_i,        // size of the regions, whole extents
+  input  idx_t                  node_first_i,        // the regions: first and behind the last, whole extents
+  input  idx_t                  node_count_i,
+  input  idx_t                  list_first_i,
   input  idx_t                  list_count_i,
   input  logic [NumClients-1:0] node_req_i,
   output logic [NumClients-1:0] node_gnt_o,
@@ -30,9 +32,9 @@ module rc_tbu_alloc import rc_pkg::*; import rc_tbu_pkg::*; #(
   logic [NumClients-1:0] node_first;
   logic [ClientW-1:0]    unused_node_client;
   logic node_fits;
-  assign node_total = node_count_i[IDX_W-1:NodeW];
+  assign node_total = node_count_i[IDX_W-1:NodeW] - node_first_i[IDX_W-1:NodeW];
   assign node_fits  = node_used_q < node_total;
-  assign node_next  = node_total - node_used_q - 1'b1;
+  assign node_next  = node_count_i[IDX_W-1:NodeW] - node_used_q - 1'b1;
   assign node_idx_o = {node_next, {NodeW{1'b0}}};
   rc_rr_arb #(.NumReq(NumClients)) u_node (
     .clk_i, .rst_ni, .req_i(node_req_i), .ready_i(node_fits), .gnt_o(node_first), .idx_o(unused_node_client)
@@ -46,10 +48,10 @@ module rc_tbu_alloc import rc_pkg::*; import rc_tbu_pkg::*; #(
   logic [ClientW-1:0]    list_client;
   logic [NumW-1:0]       list_num;
   logic list_fits;
-  assign list_total = list_count_i[IDX_W-1:ListW];
+  assign list_total = list_count_i[IDX_W-1:ListW] - list_first_i[IDX_W-1:ListW];
   assign list_num   = list_num_i[list_client];
   assign list_fits  = (IDX_W - ListW)'(list_num) <= list_total - list_used_q;
-  assign list_idx_o = {list_used_q, {ListW{1'b0}}};
+  assign list_idx_o = {list_first_i[IDX_W-1:ListW] + list_used_q, {ListW{1'b0}}};
   rc_rr_arb #(.NumReq(NumClients)) u_list (
     .clk_i, .rst_ni, .req_i(list_req_i), .ready_i(list_fits), .gnt_o(list_first), .idx_o(list_client)
   );
@@ -65,7 +67,8 @@ module rc_tbu_alloc import rc_pkg::*; import rc_tbu_pkg::*; #(
     end
   end
   logic unused_low;
-  assign unused_low = ^{node_count_i[NodeW-1:0], list_count_i[ListW-1:0]};
+  assign unused_low = ^{node_first_i[NodeW-1:0], node_count_i[NodeW-1:0],
+                        list_first_i[ListW-1:0], list_count_i[ListW-1:0]};
 `ifndef SYNTHESIS
   always_ff @(posedge clk_i) begin
     if (rst_ni && node_gnt_o != '0) NodesInside_A: assert (node_used_q < node_total);

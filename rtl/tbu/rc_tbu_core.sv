@@ -141,7 +141,8 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
   sort_job_t load_job;
   tri_ref_t  load_ref;
   rc_tbu_load u_load (
-    .clk_i, .rst_ni(clear_n), .vertex_base_i(cfg_i.vertex_base), .ref_base_i(cfg_i.ref_base),
+    .clk_i, .rst_ni(clear_n), .vertex_base_i(cfg_i.vertex_base), .tri_first_i(cfg_i.tri_first),
+    .ref_base_i(cfg_i.ref_base),
     .in_valid_i(job_valid), .in_ready_o(job_ready), .in_i(list_job), .read_o(job_read), .bad_o(load_bad),
     .req_valid_o(req_valid[1]), .req_ready_i(req_ready[1]), .req_addr_o(req_addr[1]), .rsp_valid_i(rsp_valid[1]),
     .rsp_block_i(rd_rsp_block_i), .waiting_o(load_waiting),
@@ -179,7 +180,8 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
     .done_o(tree_done), .root_o(root)
   );
   rc_tbu_alloc #(.NumClients(N + 1)) u_alloc (
-    .clk_i, .rst_ni(clear_n), .node_count_i(cfg_i.node_count), .list_count_i(cfg_i.list_count),
+    .clk_i, .rst_ni(clear_n), .node_first_i(cfg_i.node_first), .node_count_i(cfg_i.node_count),
+    .list_first_i(cfg_i.list_first), .list_count_i(cfg_i.list_count),
     .node_req_i(node_req), .node_gnt_o(node_gnt), .node_idx_o(node_idx),
     .list_req_i(list_req), .list_num_i(list_num), .list_gnt_o(list_gnt), .list_idx_o(list_idx),
     .node_full_o(node_full), .list_full_o(list_full)

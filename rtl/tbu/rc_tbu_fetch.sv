@@ -11,6 +11,7 @@ module rc_tbu_fetch import rc_pkg::*; import rc_tbu_pkg::*; #(
   output logic       cmd_ready_o,
   input  logic       cmd_vertices_i,
   input  line_addr_t cmd_line_i,
+  input  tri_first_t cmd_tri_i,                      // number of the first vertex record's triangle
   input  count_t     cmd_count_i,                    // references, not 0
   output logic       req_valid_o,
   input  logic       req_ready_i,
@@ -24,7 +25,8 @@ module rc_tbu_fetch import rc_pkg::*; import rc_tbu_pkg::*; #(
 );
   localparam int unsigned CREDIT_W = $clog2(Depth + 1);
   logic                vertices_q, busy_q;
-  count_t              left_q, made_q;               // references not yet read from the queue; vertex records used
+  count_t              left_q;                       // references not yet read from the queue
+  count_t              made_q;                       // triangle of the next vertex record
   logic [COUNT_W-2:0]  lines_q;                      // lines still to ask for
   logic [CREDIT_W-1:0] credit_q, unused_count;
   logic                line_valid, line_done, queue_ready;
@@ -55,7 +57,7 @@ module rc_tbu_fetch import rc_pkg::*; import rc_tbu_pkg::*; #(
     if (cmd_valid_i && cmd_ready_o) begin
       vertices_q <= cmd_vertices_i;
       left_q     <= cmd_count_i;
-      made_q     <= '0;
+      made_q     <= count_t'(cmd_tri_i);
       req_addr_o <= cmd_line_i;
     end else begin
       if (req_valid_o && req_ready_i) req_addr_o <= req_addr_o + 1'b1;

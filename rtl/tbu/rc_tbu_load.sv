@@ -6,6 +6,7 @@ module rc_tbu_load import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
   input  logic       clk_i,
   input  logic       rst_ni,
   input  line_addr_t vertex_base_i,
+  input  tri_first_t tri_first_i,                    // number of the triangle there
   input  line_addr_t ref_base_i,
   input  logic       in_valid_i,
   output logic       in_ready_o,
@@ -37,7 +38,7 @@ module rc_tbu_load import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
     .clk_i, .rst_ni,
     .cmd_valid_i(head_valid && !asked_q), .cmd_ready_o(cmd_ready), .cmd_vertices_i(head.vertices),
     .cmd_line_i(head.vertices ? vertex_base_i : ref_base_i + line_addr_t'(head.base[IDX_W-1:2])),
-    .cmd_count_i(head.job.count),
+    .cmd_tri_i(tri_first_i), .cmd_count_i(head.job.count),
     .req_valid_o, .req_ready_i, .req_addr_o, .rsp_valid_i, .rsp_block_i,
     .out_valid_o(fetch_valid), .out_ready_i(fetch_ready), .out_ref_o(ref_o), .bad_o
   );

@@ -15,6 +15,7 @@ package rc_tbu_pkg;
   typedef logic [COORD_W-1:0]     coord_t;
   typedef coord_t [2:0]           point_t;   // [0] x
   typedef logic [COUNT_W-1:0]     count_t;
+  typedef logic [TRI_W-1:0]       tri_first_t;   // number of the first triangle of an object
   typedef logic [5:0]             level_t;   // inner nodes above a node
 
   // Reference to a triangle, 16 bytes in memory. The box is never clipped.
@@ -93,6 +94,9 @@ package rc_tbu_pkg;
 
   // What the host says; constant while a tree is built.
   typedef struct packed {
+    idx_t       node_first;                  // what lies below belongs to other trees; whole extents
+    idx_t       list_first;
+    tri_first_t tri_first;                   // number of the triangle at vertex_base
     line_addr_t vertex_base;                 // 32 bytes a triangle: nine FP24 numbers, then flags
     count_t     tri_count;
     line_addr_t node_base;   idx_t node_count;   // whole extents

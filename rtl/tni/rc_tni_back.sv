@@ -14,8 +14,8 @@
 // 6 Fadd, 4 Fmul, 10 Fcomp. Never stalls. Ports carry the stage at the end of their name.
 module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   input  logic       clk_i,
-  input  vec3_t      box_lo_i,
-  input  vec3_t      box_hi_i,
+  input  vec3_t      box_lo_oper_i,
+  input  vec3_t      box_hi_oper_i,
   input  mode_e      mode_oper_i,
   input  ray_const_t ray_oper_i,
   input  line_t      line_oper_i,
@@ -54,9 +54,22 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
 );
   localparam int unsigned VEC_W = 3 * FP_W;
 
+  // ---- P_OPER to P_OPER2: the record's edges, or the box's far corner on the same way ------------------
+  triaccel_t rec;
+  fp_t [3:0] edges_oper, edges_oper2;
+  vec3_t     far;
+  assign rec = triaccel_t'(idx_oper_i[0] ? line_oper_i[7:4] : line_oper_i[3:0]);
+  always_comb begin
+    edges_oper = {rec.g_v, rec.g_u, rec.b_v_hi, rec.b_v_lo, rec.b_u};
+    if (mode_oper_i == BOX)
+      for (int i = 0; i < 3; i++) edges_oper[i] = ray_oper_i.dir[i][FP_W-1] ? box_lo_oper_i[i] : box_hi_oper_i[i];
+  end
+  rc_delay #(.Width(4 * FP_W), .Depth(P_OPER2 - P_OPER)) u_edges_oper2 (.clk_i, .in_i(edges_oper), .out_o(edges_oper2));
+  assign far = edges_oper2[2:0];
+
   // ---- P_OPER2: operands of the second adders --------------------------------------------------------
   mode_e mode_oper2, mode_off2, mode_uv, mode_boxf;
-  vec3_t org, dir, inv, far, cut_a, cut_b, off, mul, mul_off2;
+  vec3_t org, dir, inv, cut_a, cut_b, off, mul, mul_off2;
   fp_t   ou, ov, tdu, tdv;
   logic [1:0] axis;
   visit_t visit2;
@@ -69,7 +82,6 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   always_comb begin
     visit2     = visit2_oper2_i;
     visit2.neg = dir[axis][FP_W-1];
-    for (int i = 0; i < 3; i++) far[i] = dir[i][FP_W-1] ? box_lo_i[i] : box_hi_i[i];
     cut_a = far;
     cut_b = {fp_neg(org[2]), fp_neg(org[1]), fp_neg(org[0])};
     mul   = inv;
@@ -88,11 +100,8 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   end
 
   // ---- P_OFF2: products ---------------------------------------------------------------------------------
-  triaccel_t rec;
   fp_t [3:0] edges, uv_a, uv_b, uv;
-  assign rec = triaccel_t'(idx_oper_i[0] ? line_oper_i[7:4] : line_oper_i[3:0]);
-  rc_delay #(.Width(4 * FP_W), .Depth(P_OFF2 - P_OPER)) u_edges (
-    .clk_i, .in_i({rec.g_v, rec.g_u, rec.b_v_hi, rec.b_v_lo, rec.b_u}), .out_o(edges));
+  rc_delay #(.Width(4 * FP_W), .Depth(P_OFF2 - P_OPER2)) u_edges (.clk_i, .in_i(edges_oper2), .out_o(edges));
   rc_delay #(.Width(2 + VEC_W), .Depth(P_OFF2 - P_OPER2)) u_mul (
     .clk_i, .in_i({mode_oper2, mul}), .out_o({mode_off2, mul_off2}));
   assign uv_a = (mode_off2 == ISECT) ? {off[1], off[0], off[1], off[0]} : {FP_ZERO, off};
@@ -110,9 +119,9 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   rc_delay #(.Width(3), .Depth(P_UV - P_OFF2)) u_mode_uv (
     .clk_i, .in_i({mode_off2, mul_off2[0][FP_W-2:0] == FP_HUGE[FP_W-2:0]}), .out_o({mode_uv, inv_huge}));
   rc_delay #(.Width(FP_W), .Depth(P_UV - P_T)) u_t (.clk_i, .in_i(t_i), .out_o(t));
-  // The ray's t_min where a triangle is tested, its t_max for the box.
+  // The ray's t_min where a triangle is tested, its nearest hit so far (at first its t_max) for a box.
   rc_delay #(.Width(3 * FP_W + 1), .Depth(P_UV - P_OPER)) u_best (
-    .clk_i, .in_i({best_oper_i, (mode_oper_i == ISECT) ? ray_oper_i.t_min : ray_oper_i.t_max, tmax_oper_i,
+    .clk_i, .in_i({best_oper_i, (mode_oper_i == ISECT) ? ray_oper_i.t_min : best_oper_i, tmax_oper_i,
                    best_slack_oper_i}),
     .out_o({best, t_limit, tmax, best_slack}));
   rc_delay #(.Width($bits(visit_t)), .Depth(P_UV - P_OPER2)) u_visit2 (.clk_i, .in_i(visit2), .out_o(visit2_uv));

@@ -6,7 +6,7 @@
 //   P5                                                      Fmul 0-1   n d
 //   P6-P7                                                   TFadd 0    n.d
 //   P7       Fmul 2-4  near t      Fmul 2    t of step 1    Fmul 2-3   n (o - A)
-//   P8       Fcomp 0-1             Fcomp 0-3                Fcomp 0-1  best against leaf, against stack
+//   P8       Fcomp 0-1, 2          Fcomp 0-3                Fcomp 0-1  best against leaf, against stack (box: Fcomp 2)
 //   P8-P9                                                   TFadd 1    n.(o - A);  Fdiv 0  1 / n.d
 //   P9       Fcomp 4   tmin        decide step 1
 //   P10                                                     Fmul 5     t
@@ -15,8 +15,8 @@
 // 3 Fadd, 2 TFadd, 8 Fmul, 5 Fcomp, 1 Fdiv. Never stalls. Ports carry the stage at the end of their name.
 module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
   input  logic       clk_i,
-  input  vec3_t      box_lo_i,
-  input  vec3_t      box_hi_i,
+  input  vec3_t      box_lo_oper_i,
+  input  vec3_t      box_hi_oper_i,
   input  mode_e      mode_oper_i,
   input  ray_const_t ray_oper_i,
   input  line_t      line_oper_i,       // the 64-byte block,
@@ -60,7 +60,7 @@ module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
   always_comb begin
     cut_b   = ray_oper_i.org;
     scale_d = ray_oper_i.inv_dir;
-    for (int i = 0; i < 3; i++) cut_a[i] = ray_oper_i.dir[i][FP_W-1] ? box_hi_i[i] : box_lo_i[i];
+    for (int i = 0; i < 3; i++) cut_a[i] = ray_oper_i.dir[i][FP_W-1] ? box_hi_oper_i[i] : box_lo_oper_i[i];
     if (mode_oper_i == TRAV) begin
       cut_a[0]   = node.split;
       cut_b[0]   = ray_oper_i.org[axis];
@@ -95,8 +95,8 @@ module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
     cmp_a = {4{scaled[0]}};
     cmp_b = {tmax_scale, tmin_scale, ulp_down1(tmin_scale), ulp_up(tmax_scale, 23'd1)};
     if (mode_scale == BOX) begin
-      cmp_a[1:0] = {scaled[2], scaled[0]};
-      cmp_b[1:0] = {FP_ZERO, scaled[1]};
+      cmp_a[2:0] = {best_scale, scaled[2], scaled[0]};
+      cmp_b[2:0] = {stack_tmin_scale_i, FP_ZERO, scaled[1]};
     end
     if (mode_scale == ISECT) begin
       cmp_a[1:0] = {best_scale, best_scale};
@@ -107,8 +107,10 @@ module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
     rc_fp_cmp #(.Latency(LAT_CMP)) u_cmp (
       .clk_i, .a_i(cmp_a[i]), .b_i(cmp_b[i]), .lt_o(lt[i]), .eq_o(eq[i]), .gt_o(gt[i]));
   end
+  mode_e mode_step1;
+  rc_delay #(.Width(2), .Depth(LAT_CMP)) u_mode_step1 (.clk_i, .in_i({mode_scale}), .out_o({mode_step1}));
   assign best_le_tmax_step1_o  = lt[0] || eq[0];
-  assign best_lt_stack_step1_o = lt[1];
+  assign best_lt_stack_step1_o = (mode_step1 == BOX) ? lt[2] : lt[1];
 
   // ---- P_STEP1: box, the latest of the near planes and 0 ---------------------------------------------
   vec3_t scaled_step1;

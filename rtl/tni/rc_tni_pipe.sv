@@ -5,6 +5,8 @@
 //   P2   triangle index, line address     P7      stack read         P17  stack write
 //   P3   node/TriAccel cache              P20     next state of the ray
 //   P4   hit or miss, ray constants       P21     back to P1, or out; a free place takes a new ray
+// With dynamic objects a ray goes through their top-level tree and into the trees of those whose box it meets, then through
+// the static tree (Sec. 3.7); rc_tni_next has the order.
 // A ray whose line is not in its L1 cache idles through the pass and asks again in the next one
 // ("looping for the next chance", Sec. 3.5): nothing ever stalls, and no ray waits for another.
 //
@@ -44,12 +46,16 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   logic             next_done, done_q, loops, enter_valid;
   slot_t            enter_slot;
   fp_t              best_oper;
-  logic             act_index, act_line;
+  logic             act_index, act_line, with_top;
+  assign with_top = cfg_i.inst_count != '0;
   assign loops = v_q[P_TOP] && !done_q;
   always_comb begin
     fresh      = '0;
     fresh.slot = enter_slot;
     fresh.mode = BOX;
+    // With dynamic objects first their top-level tree (Sec. 3.7), else the scene's box at once.
+    fresh.level  = with_top ? TOP : SCENE;
+    fresh.direct = 1'b1;
   end
   for (genvar i = 1; i <= P_TOP; i++) begin : gen_p   // a register by itself for each stage, as in rc_delay
     state_t s_q;
@@ -76,12 +82,20 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
     else v_q <= {v_q[P_TOP-1:1], loops || enter_valid};
   end
 
+  // Is idx a place in a list (of triangles, or of objects in the top-level tree)? Does the box lie in a record?
+  function automatic logic in_list(mode_e mode, level_e level, logic direct);
+    return !direct && (mode == ISECT || (mode == BOX && level == OBJECT));
+  endfunction
+  function automatic logic in_record(mode_e mode, level_e level);
+    return mode == BOX && level != SCENE;
+  endfunction
+
   // ---- P_LIST: ask the list cache -------------------------------------------------------------------------
   logic  list_want, list_bad, list_hit, list_miss, list_bad_q;
   line_t list_line;
   logic [1:0] unused_halves;
   logic [3:0] unused_list;
-  assign list_want = v_q[P_LIST] && gen_p[P_LIST].s_q.mode == ISECT && !gen_p[P_LIST].s_q.direct;
+  assign list_want = v_q[P_LIST] && in_list(gen_p[P_LIST].s_q.mode, gen_p[P_LIST].s_q.level, gen_p[P_LIST].s_q.direct);
   assign list_bad  = list_want && gen_p[P_LIST].s_q.idx >= cfg_i.list_count;
   rc_l1 #(.Sets(ListSets), .Lock(L1Lock)) u_l1_list (
     .clk_i, .rst_ni,
@@ -98,26 +112,30 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   state_t      si;
   list_entry_t entry;
   idx_t        what, what_q;
-  logic        from_list, last_index, nt_want, nt_bad, nt_want_q;
+  logic        from_list, last_index, nt_any, nt_want, nt_bad, nt_want_q;
   half_addr_t  nt_addr_q;
   assign si        = gen_p[P_INDEX].s_q;
   assign entry     = si.idx[0] ? list_entry_t'(list_line[si.idx[3:1]][57:32])
                                : list_entry_t'(list_line[si.idx[3:1]][25:0]);
-  assign from_list = si.mode == ISECT && !si.direct;
+  assign from_list = in_list(si.mode, si.level, si.direct);
   assign what      = from_list ? entry.tri_idx : si.idx;
   assign last_index = !from_list || entry.last;
   assign act_index = v_q[P_INDEX] && (from_list ? list_hit : 1'b1) && !nt_bad;
-  assign nt_want   = act_index && si.mode != BOX;
-  assign nt_bad    = v_q[P_INDEX] && (from_list ? list_hit : si.mode != BOX)
-                     && what >= ((si.mode == TRAV) ? cfg_i.node_count : cfg_i.tri_count);
+  assign nt_any    = si.mode == TRAV || si.mode == ISECT || in_record(si.mode, si.level);
+  assign nt_want   = act_index && nt_any;
+  assign nt_bad    = v_q[P_INDEX] && (from_list ? list_hit : nt_any)
+                     && what >= ((si.mode == TRAV) ? cfg_i.node_count :
+                                 (si.mode == ISECT) ? cfg_i.tri_count : cfg_i.inst_count);
   always_ff @(posedge clk_i) begin
     what_q    <= what;
     nt_want_q <= nt_want;
     nt_addr_q <= (si.mode == TRAV) ? {cfg_i.node_base + line_addr_t'(what[IDX_W-1:3]), what[2]}
-                                   : {cfg_i.accel_base + line_addr_t'(what[IDX_W-1:1]), what[0]};
+                                   : {((si.mode == ISECT) ? cfg_i.accel_base : cfg_i.inst_base)
+                                      + line_addr_t'(what[IDX_W-1:1]), what[0]};
   end
 
   // ---- P_NT, P_LINE: node/TriAccel cache, and the ray's constants ---------------------------------------------
+  mode_e      mode_line;
   logic       nt_hit, nt_miss;
   logic [1:0] nt_halves, halves_oper_q;
   line_t      nt_line, line_oper_q;
@@ -132,7 +150,9 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
     .fill_valid_i(fill_valid_i[0]), .fill_ready_o(fill_ready_o[0]), .fill_addr_i, .fill_both_i,
     .fill_line_i,
     .ev_conflict_o(unused_nt[0]), .ev_drop_o(unused_nt[1]), .ev_locked_o(unused_nt[2]), .busy_o(unused_nt[3]));
-  assign act_line = a_q[P_LINE] && (gen_p[P_LINE].s_q.mode == BOX || nt_hit);
+  assign mode_line = gen_p[P_LINE].s_q.mode;
+  assign act_line  = a_q[P_LINE] && (nt_hit || mode_line == POP
+                                     || (mode_line == BOX && !in_record(mode_line, gen_p[P_LINE].s_q.level)));
   always_ff @(posedge clk_i) {halves_oper_q, line_oper_q} <= {nt_halves, nt_line};
   rc_delay #(.Width(IDX_W), .Depth(P_OPER - P_NT)) u_what (.clk_i, .in_i(what_q), .out_o(what_oper));
 
@@ -145,17 +165,28 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   fp_t    box_tmin_boxn, ou, ov, t_t, tdu, tdv, box_tmin, box_tmax, t, beta, gamma;
   logic   box_hit, accept, slack, t_le_tmax;
   assign so        = gen_p[P_OPER].s_q;
-  assign best_oper = (so.mode == BOX) ? ray_oper.t_max : so.best;
+  // In its first box a ray has no hit yet.
+  assign best_oper = (so.mode == BOX && so.level == fresh.level) ? ray_oper.t_max : so.best;
+  // Boxes: the scene's and the static tree's root are registers, those of other trees lie in records.
+  inst_t inst;
+  vec3_t box_lo, box_hi;
+  idx_t  root_oper;
+  logic  unused_inst;
+  assign inst        = inst_t'(what_oper[0] ? line_oper_q[7:4] : line_oper_q[3:0]);
+  assign unused_inst = ^inst;
+  assign box_lo    = (so.level == SCENE) ? cfg_i.box_lo : {inst.lo_z, inst.lo_y, inst.lo_x};
+  assign box_hi    = (so.level == SCENE) ? cfg_i.box_hi : {inst.hi_z, inst.hi_y, inst.hi_x};
+  assign root_oper = (so.level == SCENE) ? cfg_i.root : inst.root;
   rc_tni_front u_front (
-    .clk_i, .box_lo_i(cfg_i.box_lo), .box_hi_i(cfg_i.box_hi), .mode_oper_i(so.mode), .ray_oper_i(ray_oper),
+    .clk_i, .box_lo_oper_i(box_lo), .box_hi_oper_i(box_hi), .mode_oper_i(so.mode), .ray_oper_i(ray_oper),
     .line_oper_i(line_oper_q), .halves_oper_i(halves_oper_q), .idx_oper_i(what_oper), .tmin_oper_i(so.tmin),
-    .tmax_oper_i(so.tmax), .best_oper_i(so.best), .stack_tmin_scale_i(stack_scale.tmin), .step1_next1_o(step1_next1),
+    .tmax_oper_i(so.tmax), .best_oper_i(best_oper), .stack_tmin_scale_i(stack_scale.tmin), .step1_next1_o(step1_next1),
     .two_oper2_o(two_oper2), .visit2_oper2_o(visit2_oper2), .box_tmin_boxn_o(box_tmin_boxn), .ou_off_o(ou),
     .ov_off_o(ov), .t_o(t_t), .tdu_td_o(tdu), .tdv_td_o(tdv), .den_zero_den_o(den_zero),
     .best_le_tmax_step1_o(le_tmax_step1), .best_lt_stack_step1_o(lt_stack_step1));
   rc_tni_back u_back (
-    .clk_i, .box_lo_i(cfg_i.box_lo), .box_hi_i(cfg_i.box_hi), .mode_oper_i(so.mode), .ray_oper_i(ray_oper),
-    .line_oper_i(line_oper_q), .idx_oper_i(what_oper), .tmax_oper_i(so.tmax), .best_oper_i(so.best),
+    .clk_i, .box_lo_oper_i(box_lo), .box_hi_oper_i(box_hi), .mode_oper_i(so.mode), .ray_oper_i(ray_oper),
+    .line_oper_i(line_oper_q), .idx_oper_i(what_oper), .tmax_oper_i(so.tmax), .best_oper_i(best_oper),
     .best_slack_oper_i(so.slack), .stack_next2_i(stack_next2), .step1_next1_i(step1_next1), .two_oper2_i(two_oper2),
     .visit2_oper2_i(visit2_oper2), .box_tmin_boxn_i(box_tmin_boxn), .ou_off_i(ou), .ov_off_i(ov), .t_i(t_t),
     .tdu_td_i(tdu), .tdv_td_i(tdv), .den_zero_den_i(den_zero), .step_next2_o(step_next2), .two_next2_o(two_next2),
@@ -191,67 +222,29 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
 
   // ---- P_END: what the ray does next ----------------------------------------------------------------------------------
   state_t s;
-  logic   act, any_hit, opaque, last, pop_wanted, pop_none, hit_valid;
-  idx_t   tri_idx;
+  logic   act, any_hit, opaque, last, hit_valid, enters;
+  idx_t   tri_idx;                         // of a box: the root of its tree
   mat_t   mat;
   triaccel_t rec_oper;
   logic   unused_rec;
+  back_t  back;
   assign rec_oper   = triaccel_t'(what_oper[0] ? line_oper_q[7:4] : line_oper_q[3:0]);
   assign unused_rec = ^rec_oper;
   assign s   = gen_p[P_END].s_q;
   assign act = v_q[P_END] && a_q[P_END];
   rc_delay #(.Width(2 + MAT_W + IDX_W), .Depth(P_END - P_OPER)) u_tri (
-    .clk_i, .in_i({ray_oper.any_hit, rec_oper.opaque, rec_oper.mat, what_oper}),
+    .clk_i, .in_i({ray_oper.any_hit, rec_oper.opaque, rec_oper.mat, (so.mode == BOX) ? root_oper : what_oper}),
     .out_o({any_hit, opaque, mat, tri_idx}));
   rc_delay #(.Width(1), .Depth(P_END - P_INDEX)) u_last (.clk_i, .in_i(last_index), .out_o(last));
   assign hit_valid = act && s.mode == ISECT && accept;
-  always_comb begin
-    next       = s;
-    next.slots = s.slots + 1'b1;
-    next_done  = 1'b0;
-    pop_wanted = 1'b0;
-    pop_none   = 1'b0;
-    if (act) begin
-      unique case (s.mode)
-        BOX: begin
-          next.mode = TRAV;
-          next.idx  = cfg_i.root;
-          next.tmin = box_tmin;
-          next.tmax = box_tmax;
-          next_done = !box_hit;
-        end
-        TRAV: begin
-          next.mode   = (step.go == GO_LEAF) ? ISECT : TRAV;
-          next.direct = step.direct;
-          next.idx    = step.idx;
-          next.tmin   = step.tmin;
-          next.tmax   = step.tmax;
-          next.sp     = s.sp + SP_W'(pushed);
-          pop_wanted  = step.go == GO_POP;
-          pop_none    = (s.sp == '0 && !popped1_end) || best_lt_pop;
-        end
-        default: begin                     // ISECT
-          next.idx   = s.idx + 1'b1;
-          pop_wanted = last;
-          pop_none   = s.sp == '0 || (accept ? best_lt_pop : best_lt_stack) || (accept ? t_le_tmax : best_le_tmax);
-          next_done  = accept && any_hit && opaque;   // through others a shadow ray goes on (docs/whitted.md)
-          if (accept) begin
-            next.best  = t;
-            next.slack = slack;
-            next.hit   = 1'b1;
-          end
-        end
-      endcase
-      if (pop_wanted) begin
-        next.mode = TRAV;
-        next.idx  = pop.node;
-        next.tmin = pop.tmin;
-        next.tmax = pop.tmax;
-        next.sp   = popped1_end && s.mode == TRAV ? s.sp : s.sp - 1'b1;
-        if (pop_none) next_done = 1'b1;
-      end
-    end
-  end
+  rc_tni_next u_next (
+    .state_i(s), .act_i(act), .step_i(step), .pop_i(pop), .pushed_i(pushed), .popped1_i(popped1_end), .root_i(tri_idx),
+    .last_i(last), .back_i(back), .box_hit_i(box_hit), .box_tmin_i(box_tmin), .box_tmax_i(box_tmax), .accept_i(accept),
+    .over_i(any_hit && opaque), .t_i(t), .slack_i(slack), .t_le_tmax_i(t_le_tmax), .best_le_tmax_i(best_le_tmax),
+    .best_lt_stack_i(best_lt_stack), .best_lt_pop_i(best_lt_pop), .next_o(next), .enters_o(enters), .done_o(next_done));
+  rc_ram_1r1w #(.Width($bits(back_t)), .Depth(1 << SLOT_W)) u_back_to (
+    .clk_i, .we_i(enters), .waddr_i(s.slot), .wdata_i({last, s.idx + 1'b1, s.sp}),
+    .re_i(v_q[P_END-1] && gen_p[P_END-1].s_q.level == OBJECT), .raddr_i(gen_p[P_END-1].s_q.slot), .rdata_o(back));
 
   rc_tni_rays u_rays (
     .clk_i, .rst_ni, .in_valid_i, .in_ready_o, .in_i, .out_valid_o, .out_ready_i, .out_o,
@@ -269,13 +262,14 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   always_ff @(posedge clk_i) begin
     err_valid_o <= rst_ni && (list_bad_q || nt_bad || stack_bad || slots_bad);
     if (list_bad_q)     err_o <= '{code: ERR_LIST, addr: addr_t'(si.idx)};
-    else if (nt_bad)    err_o <= '{code: (si.mode == TRAV) ? ERR_NODE : ERR_TRI, addr: addr_t'(what)};
+    else if (nt_bad)    err_o <= '{code: (si.mode == TRAV) ? ERR_NODE : (si.mode == ISECT) ? ERR_TRI : ERR_INST,
+                                   addr: addr_t'(what)};
     else if (stack_bad) err_o <= '{code: ERR_STACK, addr: addr_t'(step_next2.idx)};
     else                err_o <= '{code: ERR_SLOTS, addr: addr_t'(s.idx)};
   end
   always_comb begin
     ev_o           = '0;
-    ev_o.box       = act && s.mode == BOX;
+    ev_o.box       = act && (s.mode == BOX || s.mode == POP);
     ev_o.trav1     = act && s.mode == TRAV && !two;
     ev_o.trav2     = act && s.mode == TRAV && two;
     ev_o.isect     = act && s.mode == ISECT;

@@ -48,13 +48,17 @@ package rc_tni_pkg;
   localparam int unsigned P_TOP   = P_END + 1;                      // P21 back to the top
 
   // ---- state of a ray that goes round the ring ------------------------------------------------------
-  typedef enum logic [1:0] {BOX = 2'd0, TRAV = 2'd1, ISECT = 2'd2} mode_e;
+  typedef enum logic [1:0] {BOX = 2'd0, TRAV = 2'd1, ISECT = 2'd2, POP = 2'd3} mode_e;
+
+  // Which tree. BOX in level OBJECT: idx names the object that may be entered next.
+  typedef enum logic [1:0] {SCENE = 2'd0, TOP = 2'd1, OBJECT = 2'd2} level_e;
 
   typedef struct packed {
     slot_t           slot;      // where its constants, stack and hit are kept
     mode_e           mode;
-    logic            direct;    // ISECT: idx is the triangle itself, not a list index
-    idx_t            idx;       // node, list entry or triangle
+    level_e          level;
+    logic            direct;    // ISECT: idx is the triangle itself, BOX: the instance; not a list index
+    idx_t            idx;       // node, list entry, triangle or instance
     fp_t             tmin;      // interval in the current node
     fp_t             tmax;
     fp_t             best;      // nearest hit so far, at first the ray's t_max
@@ -90,6 +94,13 @@ package rc_tni_pkg;
     fp_t   tmax;
     logic  neg;                 // the ray runs down the axis: the upper child is the near one
   } visit_t;
+
+  // Where a ray that entered an object comes back to, kept by slot.
+  typedef struct packed {
+    logic            last;      // no other object in that leaf of the top-level tree
+    idx_t            idx;       // next list entry
+    logic [SP_W-1:0] base;      // stack entries of the top-level tree
+  } back_t;
 
   // Where a traversal step leads.
   typedef enum logic [1:0] {GO_NODE = 2'd0, GO_LEAF = 2'd1, GO_POP = 2'd2} go_e;

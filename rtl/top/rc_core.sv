@@ -124,7 +124,8 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
       tri_count: setup_i.tree.tri_count[IDX_W-1:COUNT_W] != '0 ? '1 : setup_i.tree.tri_count[COUNT_W-1:0],
       node_base: setup_i.tree.node_base, node_count: setup_i.tree.node_count,
       list_base: setup_i.tree.list_base, list_count: setup_i.tree.list_count,
-      ref_base: setup_i.ref_base, ref_count: setup_i.ref_count, refine_max: setup_i.refine_max, box: setup_i.tri_box
+      ref_base: setup_i.ref_base, ref_count: setup_i.ref_count, refine_max: setup_i.refine_max, box: setup_i.tri_box,
+      node_first: setup_i.node_first, list_first: setup_i.list_first, tri_first: setup_i.tri_first
     };
     rc_tbu #(.Cap(Cap)) u_tbu (
       .clk_i, .rst_ni(rst_ni && build_rst_n), .start_i(build_start), .cfg_i(cfg),

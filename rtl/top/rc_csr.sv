@@ -63,6 +63,7 @@ module rc_csr import rc_pkg::*, rc_top_pkg::*; (
       root:       hw.NODE_ROOT.value.value,
       list_base:  hw.LIST_BASE.line.value,   list_count: hw.LIST_COUNT.value.value,
       accel_base: hw.ACCEL_BASE.line.value,  tri_count:  hw.TRI_COUNT.value.value,
+      inst_base:  hw.INST_BASE.line.value,   inst_count: hw.INST_COUNT.value.value,
       box_lo:     {hw.BOX_LO_Z.value.value, hw.BOX_LO_Y.value.value, hw.BOX_LO_X.value.value},
       box_hi:     {hw.BOX_HI_Z.value.value, hw.BOX_HI_Y.value.value, hw.BOX_HI_X.value.value},
       max_slots:  hw.MAX_SLOTS.value.value
@@ -96,7 +97,9 @@ module rc_csr import rc_pkg::*, rc_top_pkg::*; (
       lo: {hw.TBU_LO_Z.value.value, hw.TBU_LO_Y.value.value, hw.TBU_LO_X.value.value}
     },
     attr_base:   hw.ATTR_BASE.line.value,    slack: hw.ACCEL_SLACK.value.value,
-    eye: {hw.ACCEL_EYE_Z.value.value, hw.ACCEL_EYE_Y.value.value, hw.ACCEL_EYE_X.value.value}
+    eye: {hw.ACCEL_EYE_Z.value.value, hw.ACCEL_EYE_Y.value.value, hw.ACCEL_EYE_X.value.value},
+    node_first: hw.TBU_NODE_FIRST.value.value, list_first: hw.TBU_LIST_FIRST.value.value,
+    tri_first: hw.TBU_TRI_FIRST.value.value
   };
 
   // ---- status and counters --------------------------------------------------------------------------

@@ -32,12 +32,13 @@ module rc_setup_check import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg:
   window_t    [N-1:0] region;
   logic       [N-1:0] p1_over_q;                  // ends behind the last line
   logic       [FRAME_W-1:0]     frame_rows, frame_end, p1_frame_end_q;
-  assign base  = {setup_i.attr_base, setup_i.ref_base, setup_i.vertex_base,
+  assign base  = {setup_i.attr_base, setup_i.ref_base, setup_i.vertex_base, setup_i.tree.inst_base,
                   setup_i.tex_base, setup_i.uv_base, setup_i.light_base, setup_i.mat_base,
                   setup_i.info_base, setup_i.tree.accel_base, setup_i.tree.list_base, setup_i.tree.node_base};
   assign lines = {(lines_t'(setup_i.tree.tri_count) + lines_t'(1)) >> 1,      // 32
                   (lines_t'(setup_i.ref_count) + lines_t'(3)) >> 2,           // 16
                   (lines_t'(setup_i.tree.tri_count) + lines_t'(1)) >> 1,      // 32
+                  (lines_t'(setup_i.tree.inst_count) + lines_t'(1)) >> 1,     // 32
                   lines_t'(setup_i.tex_lines),
                   (lines_t'(setup_i.uv_count) + lines_t'(1)) >> 1,            // 32-byte records
                   lines_t'(setup_i.light_count),                              // 64
@@ -73,8 +74,8 @@ module rc_setup_check import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg:
   end
 
   // ---- P2: verdict; offsets as in rc_regs.rdl, tb/rc_core checks each of them ------------------------
-  localparam addr_t [N-1:0] BASE_REG =
-    {32'h200, 32'h9C, 32'h98, 32'hD8, 32'hD0, 32'h78, 32'h70, 32'h6C, 32'h64, 32'h5C, 32'h50};
+  localparam addr_t [N-1:0] BASE_REG = {32'h200, 32'h9C, 32'h98, 32'h240,
+                                         32'hD8, 32'hD0, 32'h78, 32'h70, 32'h6C, 32'h64, 32'h5C, 32'h50};
   logic         bad;
   addr_t        bad_reg;
   logic [N-1:0] used;                             // regions of this frame
@@ -94,6 +95,12 @@ module rc_setup_check import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg:
       if (!build_i && setup_i.tree.root >= setup_i.tree.node_count) {bad, bad_reg} = {1'b1, 32'h58};
     end
     if (build_i) begin                             // extents are given out whole
+      if (setup_i.tri_first != '0 && IDX_W'(setup_i.tri_first) + setup_i.tree.tri_count > IDX_W'(1 << TRI_W))
+        {bad, bad_reg} = {1'b1, 32'h250};
+      if (setup_i.list_first % IDX_W'(LIST_EXTENT) != '0 || setup_i.list_first > setup_i.tree.list_count)
+        {bad, bad_reg} = {1'b1, 32'h24C};
+      if (setup_i.node_first % IDX_W'(NODE_EXTENT) != '0 || setup_i.node_first > setup_i.tree.node_count)
+        {bad, bad_reg} = {1'b1, 32'h248};
       if (setup_i.tree.tri_count == '0) {bad, bad_reg} = {1'b1, 32'h68};
       if (setup_i.tree.list_count % IDX_W'(LIST_EXTENT) != '0) {bad, bad_reg} = {1'b1, 32'h60};
       if (setup_i.tree.node_count % IDX_W'(NODE_EXTENT) != '0) {bad, bad_reg} = {1'b1, 32'h54};

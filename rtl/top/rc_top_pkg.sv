@@ -2,7 +2,7 @@
 // Types between the registers (rc_csr) and the frame control (rc_core).
 package rc_top_pkg;
   import rc_pkg::*;
-  import rc_tbu_pkg::box_t, rc_tbu_pkg::count_t;
+  import rc_tbu_pkg::box_t, rc_tbu_pkg::count_t, rc_tbu_pkg::tri_first_t;
   import rc_accel_pkg::eye_t, rc_accel_pkg::slack_t;
 
   // What the host set up. Counts are as wide as their registers: rc_setup_check looks at them
@@ -34,6 +34,9 @@ package rc_top_pkg;
     idx_t        ref_count;
     count_t      refine_max;
     box_t        tri_box;
+    idx_t        node_first;                 // of what it may write
+    idx_t        list_first;
+    tri_first_t  tri_first;
     line_addr_t  attr_base;                  // what follows is for the record unit
     slack_t      slack;
     eye_t [2:0]  eye;
@@ -47,8 +50,8 @@ package rc_top_pkg;
   } status_t;
 
   // Regions that a frame reads: nodes, lists, TriAccel, triangle information, materials, lights, texture coordinates,
-  // textures. Regions that builders write: nodes, lists, working memory, TriAccel, triangle information.
-  parameter int unsigned NUM_WINDOWS    = 8;
+  // textures, instances. Regions that builders write: nodes, lists, working memory, TriAccel, triangle information.
+  parameter int unsigned NUM_WINDOWS    = 9;
   parameter int unsigned NUM_WR_WINDOWS = 5;
 
   // Clients of the read port.

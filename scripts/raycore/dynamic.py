@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 """Frames whose tree the RTL builds before it renders, and maybe the records too: more room after an overflow, what was
-made read back, and all of it checked."""
+made read back, and all of it checked.
 
-from dataclasses import dataclass, field
+With dynamic objects there is a frame without a picture for each of their trees and one for the top-level tree, then the picture.
+"""
+
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from raycore import render, sim, tbu
+from raycore import objects, render, sim, tbu
 from raycore.check import STEPS, Exact, compare_rtl
-from raycore.errors import SimError
-from raycore.image import View, build_geometry, build_image, region_words
+from raycore.errors import OptionError, SimError
+from raycore.image import View, build_geometry, build_image, pack_instances, region_words
 from raycore.model import tbu as model
 from raycore.model.tbu_memory import compare, walk_memory
 
@@ -19,7 +22,8 @@ LARGEST_FACTOR = 16
 
 
 def render_frame(geometry, view=None, memory=None, hits=False, keep_memory=False, records=False, **simulation):
-    """Build the tree, make the records if asked to, and render, in one frame of the RTL.
+    """Build the tree, make the records if asked to, and render, in one frame of the RTL; with dynamic objects their trees, in
+    frames of their own, and the records by the host.
 
     Args: geometry: from `image.build_geometry(..., in_hardware=True)`; view: `image.View`; memory: `sim.Memory`;
         hits: keep the hit records; keep_memory: keep memory, and with it the tree; records: the RTL makes them;
@@ -27,9 +31,14 @@ def render_frame(geometry, view=None, memory=None, hits=False, keep_memory=False
     Returns: `render.Rendered`. Raises: SimError, also if the tree does not fit with sixteen times the usual room.
     """
     factor, cap = 1, geometry.tree.params.cap
+    if records and geometry.objects is not None:
+        raise OptionError("--accel rtl: not with dynamic objects; leave it out, the host's records are the same")
     while True:
-        image = build_image(geometry, view or View(), room=tbu.sizes(len(geometry.info), cap, factor), records=records)
         try:
+            if geometry.objects is not None:
+                return _render_objects(geometry, view or View(), factor, memory, hits, keep_memory, simulation)
+            room = tbu.sizes(len(geometry.info), cap, factor)
+            image = build_image(geometry, view or View(), room=room, records=records)
             return render.render(
                 image,
                 "rtl",
@@ -46,18 +55,84 @@ def render_frame(geometry, view=None, memory=None, hits=False, keep_memory=False
             factor *= 2
 
 
-def read_tree(rendered) -> model.Tree:
-    """The tree that a frame with `keep_memory` left in memory. Raises: SimError if it makes no sense."""
+def _render_objects(geometry, view, factor, memory, hits, keep_memory, simulation):
+    """`render_frame` with dynamic objects. The host puts the roots of finished trees into the instances' records."""
+    params = geometry.tree.params
+    image = build_image(geometry, view, room=objects.room(geometry.objects, params.cap, factor))
+    data, roots, stats = image.memory, [], []
+    quiet = {k: v for k, v in simulation.items() if not k.startswith("waves")}  # those show the picture
+    for number in range(len(geometry.objects.parts)):
+        registers = image.registers | image.room.registers(number, image.regions, params)
+        built = sim.run_frame(
+            data,
+            registers,
+            memory=memory or sim.Memory(),
+            control=sim.BUILD_TREE,
+            cap=params.cap,
+            keep_memory=True,
+            **quiet,
+        )
+        data = built.memory
+        roots.append(built.stats["counters"]["TBU_ROOT"])
+        stats.append(built.stats)
+    records = pack_instances([roots[-1], *roots[:-1]], geometry.objects.boxes).astype("<u8").reshape(-1).view("u1")
+    data[image.regions["instances"][0] :][: records.size] = records
+    rendered = render.render(
+        replace(image, memory=data), "rtl", memory, hits, tbu=True, cap=params.cap, keep_memory=keep_memory, **simulation
+    )
+    rendered.result.stats = _together([*stats, rendered.result.stats])
+    return rendered
+
+
+def _together(frames):
+    """Statistics of frames one after the other as those of one: cycles, what was built and bytes add up."""
+    out = dict(frames[-1])
+    counters = dict(out["counters"])
+    for name in counters:
+        if name == "CYCLES" or (name.startswith("TBU_") and name != "TBU_ROOT"):
+            counters[name] = sum(f["counters"][name] for f in frames)
+    moved = {}
+    for f in frames:
+        for name, count in f["bytes"].items():
+            moved[name] = moved.get(name, 0) + count
+    return out | {"counters": counters, "bytes": moved}
+
+
+def _read_tree(rendered, root, box) -> model.Tree:
     image, result = rendered.image, rendered.result
     parts = (("nodes", "NODE_COUNT", "<u8"), ("lists", "LIST_COUNT", "<u4"))
     nodes, lists = (
         result.memory[image.regions[name][0] :].view(kind)[: image.registers[count]] for name, count, kind in parts
     )
-    box = tbu.references(image.geometry.unit).box
     try:
-        return walk_memory(nodes, lists, result.stats["counters"]["TBU_ROOT"], box)
+        return walk_memory(nodes, lists, root, box)
     except ValueError as error:
         raise SimError(f"{image.geometry.scene.name}: the tree in memory makes no sense: {error}") from None
+
+
+def read_tree(rendered) -> model.Tree:
+    """The tree that a frame with `keep_memory` left in memory. Raises: SimError if it makes no sense."""
+    box = tbu.references(rendered.image.geometry.unit).box
+    return _read_tree(rendered, rendered.result.stats["counters"]["TBU_ROOT"], box)
+
+
+def _compare_trees(rendered):
+    """Every tree that was built beside the model's: the first difference or None, and the number of jump nodes."""
+    geometry = rendered.image.geometry
+    params = geometry.tree.params
+    if geometry.objects is None:
+        found = read_tree(rendered)
+        return compare(tbu.model_tree(tbu.references(geometry.unit, geometry.opaque), params), found), found.jumps
+    low, _ = rendered.image.regions["instances"]
+    words = rendered.result.memory[low:][: objects.INSTANCE_BYTES * len(geometry.objects.boxes)].view("<u8")
+    roots = (words[::4] & 0xFFFFFF).astype(int).tolist()
+    difference, jumps = None, 0
+    for part, root in zip(geometry.objects.parts, [*roots[1:], roots[0]]):
+        found = _read_tree(rendered, root, part.refs.box)
+        differs = compare(part.tree(params), found)
+        difference = difference or (differs and f"{part.name}, {differs}")
+        jumps += found.jumps
+    return difference, jumps
 
 
 @dataclass
@@ -100,11 +175,10 @@ def check_frame(rendered) -> TreeCheck:
 
     geometry, view = rendered.image.geometry, rendered.image.view
     params = geometry.tree.params
-    found = read_tree(rendered)
-    expected = tbu.model_tree(tbu.references(geometry.unit, geometry.opaque), params)
+    difference, jumps = _compare_trees(rendered)
     image = build_image(build_geometry(geometry.scene, params), view)
     reference = render_fp24(image)
     exact = compare_rtl(rendered.result, reference)
-    if found.jumps:  # a jump node is a step more for each ray that passes it
+    if jumps:  # a jump node is a step more for each ray that passes it
         exact.counters = {c: v for c, v in exact.counters.items() if c != STEPS or v[0] < v[1]}
-    return TreeCheck(exact, compare(expected, found), _records(rendered, image), found.jumps, reference, image)
+    return TreeCheck(exact, difference, _records(rendered, image), jumps, reference, image)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 """From a scene and a view to what the hardware is given: bytes in memory and values of registers.
 
-The layouts below are those of `rtl/rc_pkg.sv` (node_t, list_entry_t, triaccel_t, tri_info_t, light_t, material_t, optics_t,
+The layouts below are those of `rtl/rc_pkg.sv` (node_t, list_entry_t, triaccel_t, inst_t, tri_info_t, light_t, material_t, optics_t,
 tri_uv_t), lowest bit first; tests/test_image.py reads that file and fails where the two part. docs/seams.md says what the
 records mean.
 """
@@ -15,6 +15,7 @@ import numpy as np
 from raycore import accel, kdtree, regs, tbu, texture, triaccel
 from raycore.errors import OptionError, SceneError
 from raycore.model import fp24, pixbuf, rgen
+from raycore.objects import INSTANCE, Objects, Room, by_model, instance_fields, plan_objects
 from raycore.scene import Camera, Light, Normalised, Scene, default_camera, default_lights, normalise
 
 WORD_BITS = 60  # used bits of a 64-bit word in memory
@@ -164,6 +165,8 @@ class Geometry:
     opaque: np.ndarray  # (N,) bool, of the triangles' materials
     notes: list  # one line for each thing that had to be changed
     seconds: dict  # of each step
+    objects: Objects | None = None  # dynamic ones with trees of their own; then `tree` holds all of the trees
+    roots: list | None = None  # of the instances, if the trees are there
 
 
 def material_table(materials, textured=True):
@@ -251,6 +254,7 @@ def build_geometry(scene, params=None, in_hardware=False):
 
     Args: scene `Scene`; params `kdtree.Params`, or `tbu.Params` for the tree that the tree-building unit makes;
         in_hardware: leave the tree to the unit, which builds it in the frame (`build_image` with `room`).
+    A scene's dynamic objects get trees of their own where the unit builds, else there is one tree over everything.
     Returns: `Geometry`. Triangles without area keep their index and a record that never hits.
     Raises: SceneError if it does not fit the hardware.
     """
@@ -258,7 +262,8 @@ def build_geometry(scene, params=None, in_hardware=False):
         raise SceneError(f"{scene.name}: {len(scene.materials)} materials, at most {MAX_MATERIALS} fit; merge some")
     began = time.perf_counter()
     by_unit = in_hardware or isinstance(params, tbu.Params)
-    build_tree = tbu.no_tree if in_hardware else tbu.build_tree
+    dynamic = by_unit and scene.objects is not None
+    build_tree = tbu.no_tree if in_hardware or dynamic else tbu.build_tree
     unit = tbu.snap(scene) if by_unit else normalise(scene)
     normalised = time.perf_counter()
     tree = build_tree(unit, params) if by_unit else kdtree.build(unit.triangles, unit.dropped, params)
@@ -268,6 +273,10 @@ def build_geometry(scene, params=None, in_hardware=False):
     materials = _materials(scene, fields)
     opaque = _opaque(materials)[scene.face_material]
     tree.lists &= ~np.where(opaque[tree.lists & LIST_TRIANGLE], 0, LIST_OPAQUE).astype(np.uint32)
+    things, roots = (plan_objects(scene, unit, opaque) if dynamic else None), None
+    if dynamic and not in_hardware:
+        nodes, lists, roots = by_model(things, tree.params)
+        tree = replace(tree, nodes=nodes, lists=lists, root=things.static.root)
     make_info = accel.triangle_info if by_unit else triaccel.triangle_info
     info = make_info(unit if by_unit else unit.triangles, scene.normals)
     columns = np.concatenate((info.vertex, info.normal, info.n0, info.dn1, info.dn2), axis=1)
@@ -288,6 +297,8 @@ def build_geometry(scene, params=None, in_hardware=False):
             "textures": textured - built,
             "records": time.perf_counter() - textured,
         },
+        things,
+        roots,
     )
 
 
@@ -398,7 +409,8 @@ class Image:
     registers: {name of raycore.regs: value}, what the host writes before CTRL.
     regions: {name: (lo, hi)} byte addresses, hi exclusive, what a frame may touch; "frame" is written, and nodes, lists
         and working memory where the tree is built.
-    room: for the tree if the frame builds it, in which case nodes and lists hold nothing yet.
+    room: for the tree if the frame builds it, in which case nodes and lists hold nothing yet; of a scene with dynamic
+        objects for all their trees, beside the static one.
     records: whether the frame makes the records, in which case TriAccel and triangle information hold nothing yet.
     slack: mean of `edge_slack`.
     """
@@ -409,7 +421,7 @@ class Image:
     registers: dict
     regions: dict = field(default_factory=dict)
     slack: float = triaccel.EDGE_SLACK
-    room: tbu.Sizes | None = None
+    room: tbu.Sizes | Room | None = None
     records: bool = False
 
     @property
@@ -433,12 +445,29 @@ def _builder_registers(geometry, regions, room):
     }
 
 
+def pack_instances(roots, boxes):
+    """Records of the top-level tree and the objects: (K, 4) uint64."""
+    return pack_records(INSTANCE, instance_fields(roots, boxes))
+
+
+def _trees(geometry, room):
+    """Nodes and lists as they lie in memory before the frame."""
+    tree, things = geometry.tree, geometry.objects
+    if room is None:
+        return tree.nodes.astype("<u8"), tree.lists.astype("<u4")
+    nodes, lists = np.zeros(room.nodes, "<u8"), np.zeros(room.entries, "<u4")
+    if things is not None:
+        nodes[: things.static.nodes.size] = things.static.nodes
+        lists[: things.static.lists.size] = things.static.lists
+    return nodes, lists
+
+
 def build_image(scene, view=None, params=None, room=None, records=False):
     """Memory image and registers of one frame.
 
     Args: scene: `Scene`, or `Geometry` to use a tree again; view: `View`; params: of the tree, as in `build_geometry`;
-        room: `tbu.Sizes` if the frame is to build the tree of a snapped geometry; records: the frame is to make the records
-        of a snapped geometry from its vertices.
+        room: `tbu.Sizes`, with dynamic objects `objects.Room`, if the frame is to build the tree of a snapped geometry;
+        records: the frame is to make the records of a snapped geometry from its vertices.
     Returns: `Image`.
     Raises: SceneError, OptionError if scene or view do not fit the hardware.
     """
@@ -456,9 +485,11 @@ def build_image(scene, view=None, params=None, room=None, records=False):
         slack = edge_slack(arguments[0], tree.bounds, unit.triangles)
         rec = triaccel.records(unit.triangles, unit.dropped, slack)
     words = triaccel.pack(rec, scene.face_material, geometry.opaque)
+    things = geometry.objects
+    nodes, lists = _trees(geometry, room)
     parts = {
-        "nodes": tree.nodes.astype("<u8") if room is None else np.zeros(room.nodes, "<u8"),
-        "lists": tree.lists.astype("<u4") if room is None else np.zeros(room.entries, "<u4"),
+        "nodes": nodes,
+        "lists": lists,
         "triaccel": words.astype("<u8") * (not records),
         "info": geometry.info.astype("<u8") * (not records),
         "materials": geometry.materials.astype("<u8"),
@@ -466,8 +497,12 @@ def build_image(scene, view=None, params=None, room=None, records=False):
         "uv": geometry.uv.astype("<u8"),
         "textures": geometry.textures.astype("<u8"),
     }
+    if things is not None:
+        roots = geometry.roots or [0] * len(things.boxes)  # known when they are built
+        parts["instances"] = pack_instances(roots, things.boxes).astype("<u8")
     if room is not None or records:
-        parts["vertices"] = tbu.vertex_records(unit, geometry.opaque).astype("<u8")
+        vertices = tbu.vertex_records(unit, geometry.opaque) if things is None else room.vertices()
+        parts["vertices"] = vertices.astype("<u8")
     if records:
         parts["attributes"] = accel.attribute_records(scene.normals, scene.face_material).astype("<u8")
     if room is not None:
@@ -514,17 +549,26 @@ def build_image(scene, view=None, params=None, room=None, records=False):
         "TEX_BASE": regions["textures"][0],
         "TEX_LINES": len(geometry.textures),
     }
-    if room is not None:
+    if things is not None:
+        registers |= {
+            "NODE_COUNT": nodes.size,
+            "NODE_ROOT": things.static.root,
+            "LIST_COUNT": lists.size,
+            "INST_BASE": regions["instances"][0],
+            "INST_COUNT": len(things.boxes),
+        }
+    elif room is not None:
         registers |= _builder_registers(geometry, regions, room)
     if records:
         eye = {f"ACCEL_EYE_{a}": e & 0xFFFF for a, e in zip("XYZ", seen_from.eye)}
         registers |= {"ATTR_BASE": regions["attributes"][0], "ACCEL_SLACK": seen_from.least} | eye
         registers["VERTEX_BASE"] = regions["vertices"][0]
+    bounds = tree.bounds if things is None else things.static.bounds
     camera = rgen.camera_registers(*arguments)
     vectors = {
         "BACKGROUND_": dict(zip("RGB", scene.background)),
-        "BOX_LO_": dict(zip("XYZ", tree.bounds[0] - BOX_MARGIN)),
-        "BOX_HI_": dict(zip("XYZ", tree.bounds[1] + BOX_MARGIN)),
+        "BOX_LO_": dict(zip("XYZ", bounds[0] - BOX_MARGIN)),
+        "BOX_HI_": dict(zip("XYZ", bounds[1] + BOX_MARGIN)),
         **{f"CAM_{n.upper()}_": dict(zip("XYZ", getattr(camera, n))) for n in camera._fields},
     }
     for name, parts in vectors.items():

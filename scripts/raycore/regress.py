@@ -34,7 +34,10 @@ from raycore.toolchain import REPO
 FAULT_VIEW = View(24, 16, max_slots=4096, max_depth=4)  # a ray that loops in a broken tree ends the frame soon
 FAULT_CYCLES = 20_000_000
 ERR_SLVERR, ERR_DECERR = 6, 7  # err_e of rtl/rc_pkg.sv
-FLIPPED = {"nodes": 7, "lists": 4, "triaccel": 4, "info": 3, "materials": 2, "lights": 1, "uv": 2, "textures": 1}  # how often
+FLIPPED = {  # how often
+    **{"nodes": 7, "lists": 4, "instances": 4, "triaccel": 4, "info": 3},
+    **{"materials": 2, "lights": 1, "uv": 2, "textures": 1},
+}
 DEEPEST = 15
 
 
@@ -124,6 +127,7 @@ def frame_cases(level, seed):
     out += cases("tiny", View(37, 19), replace(memory, latency=17, backpressure=0.4, seed=int(rng.integers(1000))))
     out += cases("nasty", View(64, 48))
     out += cases("tiny_glass", View(48, 32, max_depth=5), memory, replace(memory, latency=400))
+    out += cases("carousel", View(40, 24, max_depth=3), replace(memory, latency=100))  # dynamic objects
     out += _built_cases(level, np.random.default_rng([seed, 1]))
     if level == "quick":
         return out
@@ -193,7 +197,8 @@ def fault_cases(level, seed):
     count = {"quick": 20, "normal": 200, "full": 2000}[level]
     scenes = ("tiny", "tiny_glass", "tiny_glass", "nasty")
     plain = [FaultCase(seed + i, scenes[i % len(scenes)]) for i in range(count)]
-    return plain + [FaultCase(seed + i, ("tiny_glass", "nasty")[i % 2], True) for i in range(count // 4)]
+    moving = [FaultCase(seed + i, "pendulum") for i in range(count // 10)]  # with a dynamic object
+    return plain + [FaultCase(seed + i, ("tiny_glass", "nasty")[i % 2], True) for i in range(count // 4)] + moving
 
 
 # ---- running it ------------------------------------------------------------------------------------------------------------
@@ -214,7 +219,8 @@ class Images:
     def image(self, name, view):
         """The memory image of a scene."""
         if name not in self._geometry:
-            self._geometry[name] = build_geometry(scene.load_scene(name))
+            loaded = scene.load_scene(name)  # with dynamic objects as the tree-building unit has it: a tree for each
+            self._geometry[name] = build_geometry(loaded, None if loaded.objects is None else tbu.Params())
         key = (name, repr(view))
         if key not in self._image:
             self._image[key] = build_image(self._geometry[name], view)

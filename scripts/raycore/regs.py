@@ -116,6 +116,11 @@ OFFSETS = {
     "ACCEL_EYE_Z": 0x210,
     "TILE_FIRST": 0x220,
     "TILE_COUNT": 0x224,
+    "INST_BASE": 0x240,
+    "INST_COUNT": 0x244,
+    "TBU_NODE_FIRST": 0x248,
+    "TBU_LIST_FIRST": 0x24C,
+    "TBU_TRI_FIRST": 0x250,
 }
 
 # register: {field: (lowest bit, width, access)}
@@ -126,7 +131,7 @@ FIELDS = {
     "STATUS": {"busy": (0, 1, "RO"), "done": (1, 1, "RO"), "error": (2, 1, "RO")},
     "IRQ_ENABLE": {"done": (0, 1, "RW"), "error": (1, 1, "RW")},
     "IRQ_STATUS": {"done": (0, 1, "W1C"), "error": (1, 1, "W1C")},
-    "ERROR": {"code": (0, 4, "RO")},
+    "ERROR": {"code": (0, 5, "RO")},
     "ERROR_ADDR": {"value": (0, 32, "RO")},
     "SIZE": {"width": (0, 16, "RW"), "height": (16, 16, "RW")},
     "FB_BASE": {"line": (6, 26, "RW")},
@@ -234,6 +239,11 @@ FIELDS = {
     "ACCEL_EYE_Z": {"value": (0, 16, "RW")},
     "TILE_FIRST": {"x": (0, 12, "RW"), "y": (16, 12, "RW")},
     "TILE_COUNT": {"value": (0, 24, "RW")},
+    "INST_BASE": {"line": (6, 26, "RW")},
+    "INST_COUNT": {"value": (0, 24, "RW")},
+    "TBU_NODE_FIRST": {"value": (0, 24, "RW")},
+    "TBU_LIST_FIRST": {"value": (0, 24, "RW")},
+    "TBU_TRI_FIRST": {"value": (0, 19, "RW")},
 }
 
 COUNTERS = (

@@ -184,7 +184,7 @@ def stats(rendered, **more):
     rays["total"] = traced
     out |= {"cycles": cycles, "rays": rays, "rays_by_depth": {k: list(by_depth.get(k, ())) for k in KINDS}}
     if image.room is not None:
-        out["tbu"] = build_statistics(c, len(image.geometry.info))
+        out["tbu"] = build_statistics(c, getattr(image.room, "triangles", len(image.geometry.info)))
         before = out["tbu"]["cycles"]
         if image.records:
             made = rendered.result.stats["bytes"]

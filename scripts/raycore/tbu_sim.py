@@ -14,8 +14,9 @@ from raycore.tbutil import build_verilated
 from raycore.toolchain import REPO
 
 # tbu_cfg_t of rc_tbu_pkg.sv: (field, bits), the first one highest.
-CONFIG = (("vertex_base", 26), ("tri_count", 20), ("node_base", 26), ("node_count", 24), ("list_base", 26),
-          ("list_count", 24), ("ref_base", 26), ("ref_count", 24), ("refine_max", 20), ("box", 108))  # fmt: skip
+CONFIG = (("node_first", 24), ("list_first", 24), ("tri_first", 19), ("vertex_base", 26),
+          ("tri_count", 20), ("node_base", 26), ("node_count", 24), ("list_base", 26), ("list_count", 24),
+          ("ref_base", 26), ("ref_count", 24), ("refine_max", 20), ("box", 108))  # fmt: skip
 # tbu_stat_t, 32 bits each, the first one highest.
 COUNTERS = ("cycles", "nodes", "entries", "jumps", "jobs", "donations", "forced", "lines", "rows", "waits")
 
@@ -24,10 +25,10 @@ _WORST_CYCLES = 4000  # a triangle: forty times the slowest build known
 
 
 def config_word(config: dict) -> int:
-    """tbu_cfg_t as a number. config: {field: value}. Raises: OptionError if a value does not fit."""
+    """tbu_cfg_t as a number. config: {field: value}, not named: 0. Raises: OptionError if a value does not fit."""
     word = 0
     for name, width in CONFIG:
-        value = int(config[name])
+        value = int(config.get(name, 0))
         if not 0 <= value < 1 << width:
             raise OptionError(f"{name} = {value} does not fit in {width} bits")
         word = word << width | value

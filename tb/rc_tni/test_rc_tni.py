@@ -5,10 +5,11 @@ import os
 import random
 
 import cocotb
+import numpy as np
 import pytest
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, RisingEdge
-from tni_bench import Bench, blocks, ray_word, soup
+from tni_bench import INST_BASE, Bench, Objects, blocks, ray_word, soup
 
 from raycore import kdtree
 from raycore.tbutil import package_with_latencies, rtl, run_cocotb
@@ -18,8 +19,8 @@ SOURCES = [
     "prim/rc_skid.sv", "fp/rc_fp_pipe.sv", "fp/rc_fp_norm.sv", "fp/rc_fp_round.sv", "fp/rc_fp_add.sv",
     "fp/rc_fp_add3.sv", "fp/rc_fp_mul.sv", "fp/rc_fp_cmp.sv", "fp/rc_fp_div.sv", "mem/rc_l1_pend.sv", "mem/rc_l1.sv",
     "mem/rc_l2_mshr.sv", "mem/rc_l2_victim.sv", "mem/rc_l2.sv", "tni/rc_tni_pkg.sv", "tni/rc_tni_step.sv",
-    "tni/rc_tni_front.sv", "tni/rc_tni_back.sv", "tni/rc_tni_stack.sv", "tni/rc_tni_rays.sv", "tni/rc_tni_pipe.sv",
-    "tni/rc_tni.sv",
+    "tni/rc_tni_front.sv", "tni/rc_tni_back.sv", "tni/rc_tni_stack.sv", "tni/rc_tni_rays.sv", "tni/rc_tni_next.sv",
+    "tni/rc_tni_pipe.sv", "tni/rc_tni.sv",
 ]  # fmt: skip
 HIT_W = 111  # hit_t without the id
 EVENTS = ["ray_out", "ray_in", "list_hit", "nt_hit", "bubble", "miss_list", "miss_nt", "isect", "trav2", "trav1", "box"]
@@ -123,12 +124,53 @@ async def random_rays(dut):
 
 
 @cocotb.test()
+async def objects(dut):
+    """Dynamic objects before a static tree: apart, one within the other, none hit, many, nothing static, listed twice."""
+    seed, count = int(os.environ["RAYCORE_SEED"]), int(os.environ.get("TNI_RAYS", "1500"))
+    worlds = [
+        Objects(soup(300, 0.15, seed), [soup(40, 0.1, seed + i) * 0.3 + [0.5 * i - 0.6, 0.1 * i, 0.2] for i in range(4)]),
+        Objects(soup(30, 0.3, seed), [soup(80, 0.3, seed + i) for i in range(3)], kdtree.Params(max_leaf=1)),
+        Objects(soup(200, 0.1, seed) * 0.2, [blocks(2) * 0.1 + [(i % 4) / 2 - 0.8, i // 4 % 4 / 2 - 0.8, i // 16 / 2 - 0.8]
+                                             for i in range(64)], kdtree.Params(max_leaf=4)),
+        Objects(soup(300, 0.1, seed) * 0.3 - 0.5, [soup(50, 0.1, seed) * 0.1 + 0.8]),
+        Objects(np.zeros((0, 3, 3)), [soup(100, 0.2, seed), soup(60, 0.2, seed + 1) * 0.5]),
+        Objects(soup(100, 0.2, seed), [soup(60, 0.3, seed), soup(30, 0.3, seed + 1)], cut=True),
+    ]
+    for bench in worlds:
+        rays = bench.random_rays(count)
+        want, slots = bench.expect(rays)
+        await start(dut, bench)
+        latency, p_ready = random.choice([(lambda: 60, 1.0), (lambda: random.randint(1, 400), 0.5), (lambda: 1, 0.9)])
+        tasks = [cocotb.start_soon(memory(dut, bench.half, latency, p_ready)), cocotb.start_soon(count_events(dut, got := {}))]
+        hits, _ = await trace(dut, rays, p_valid=random.choice([0.3, 1.0]), p_ready=p_ready)
+        await ClockCycles(dut.clk_i, 5)
+        for task in tasks:
+            task.cancel()
+        wrong = [i for i in range(count) if hits[i] != want[i]]
+        assert not wrong, f"{len(wrong)} of {count} rays differ, first {wrong[0]}: {rays[wrong[0]]}\n" \
+                          f"got  {hits[wrong[0]]:028x}\nwant {want[wrong[0]]:028x}"  # fmt: skip
+        total = dict(zip(("box", "trav1", "trav2", "isect"), slots.sum(0).tolist(), strict=True))
+        cocotb.log.info("%d objects: slots a ray %s", len(bench.instances) - 1, {k: v / count for k, v in total.items()})
+        assert got["isect"] == total["isect"] and got["box"] == total["box"], (got, total)
+        assert got["trav1"] + 2 * got["trav2"] == total["trav1"] + 2 * total["trav2"], (got, total)
+
+
+@cocotb.test()
 async def bad_memory(dut):
     """Bad indices are reported with their cause, and never asked for."""
     bench = Bench(soup(300, 0.2, 7))
     rays = bench.random_rays(40)
     inner = [i for i, n in enumerate(bench.tree.nodes) if int(n) >> 24 & 3 != 3]
-    for what, code in [("node", 1), ("list", 2), ("tri", 3), ("loop", 5)]:
+    for what, code in [("node", 1), ("list", 2), ("tri", 3), ("loop", 5), ("instance", 16), ("root", 1)]:
+        if what == "instance":
+            bench = Objects(soup(100, 0.2, 7), [soup(60, 0.2, i) for i in range(5)], kdtree.Params(max_leaf=4))
+            rays, rest = bench.random_rays(40), len(bench.instances)
+            bench.instances = bench.instances[:2]
+        if what == "root":
+            bench.instances = np.zeros(rest)
+            for line, words in bench.lines.items():
+                if line >= INST_BASE:
+                    words[0], words[4] = (w & ~0xFFFFFF | 0xFFFFF0 for w in (words[0], words[4]))
         saved = {k: list(v) for k, v in bench.lines.items()}
         for line, words in bench.lines.items():
             for i in range(8):

@@ -8,13 +8,15 @@ import numpy as np
 from raycore import kdtree, triaccel
 from raycore.model import fp24, rgen, tracer
 
-NODE_BASE, LIST_BASE, ACCEL_BASE = 0x40, 0x4000, 0x8000  # line addresses
+NODE_BASE, LIST_BASE, ACCEL_BASE, INST_BASE = 0x40, 0x4000, 0x8000, 0xC000  # line addresses
 LINE_WORDS = 8
 WORD_MASK = (1 << 60) - 1
 
 
 class Bench:
     """A scene's tree as memory lines, as `tree_cfg_t` and as the model's arrays."""
+
+    instances = np.zeros((0, 4), np.uint64)
 
     def __init__(self, triangles, params=None):
         self.triangles = fp24.round_to_fp24(np.asarray(triangles, dtype=np.float64))
@@ -46,7 +48,8 @@ class Bench:
         """`tree_cfg_t`."""
         return pack(
             (NODE_BASE, 26), (len(self.tree.nodes), 24), (self.tree.root, 24), (LIST_BASE, 26), (len(self.tree.lists), 24),
-            (ACCEL_BASE, 26), (len(self.triangles), 24), (vec3(self.box[0]), 72), (vec3(self.box[1]), 72), (max_slots, 16),
+            (ACCEL_BASE, 26), (len(self.triangles), 24), (INST_BASE, 26), (len(self.instances), 24),
+            (vec3(self.box[0]), 72), (vec3(self.box[1]), 72), (max_slots, 16),
         )  # fmt: skip
 
     def random_rays(self, count):
@@ -98,6 +101,71 @@ class Bench:
             hits.append(pack((int(ray["any_hit"]), 1), (int(hit), 1), (int(opaque[i]), 1), (int(mat[i]), 12), (int(tri[i]), 24),
                              (int(t[i]), 24), (int(beta[i]), 24), (int(gamma[i]), 24)))  # fmt: skip
         return hits, slots
+
+
+class Objects(Bench):
+    """A static tree and dynamic objects, each with a tree of its own, and a tree over their boxes.
+
+    Triangles are those of the static tree, then those of each object. cut: the top-level tree is one plane through the
+    middle with every object on both sides, so that each is listed twice.
+    """
+
+    def __init__(self, static, objects, params=None, cut=False):
+        groups = [fp24.round_to_fp24(np.clip(g, -1.0, 1.0)) for g in (static, *objects)]
+        super().__init__(np.concatenate(groups))
+        records = np.array([self.lines[ACCEL_BASE + i // 2][4 * (i % 2) :][:4] for i in range(len(self.triangles))], np.uint64)
+        grow = np.array([[-(2.0**-10)] * 3, [2.0**-10] * 3])
+        nodes, lists, roots, first = [], [], [], 0
+
+        def add(tree, at):
+            """Append a tree; its triangles count from `at`. Returns: its root."""
+            node_at, list_at = sum(map(len, nodes)), sum(map(len, lists))
+            words, root = tree.nodes.astype(np.uint64), node_at + tree.root
+            leaf, direct = words >> np.uint64(24) & np.uint64(3) == 3, words & np.uint64(0xFFFFF) == 1
+            offset = np.where(leaf, np.where(direct, at, list_at), node_at).astype(np.uint64)
+            empty = leaf & (words & np.uint64(0xFFFFF) == 0)
+            nodes.append(words + np.where(empty, np.uint64(0), offset << np.uint64(29)))
+            lists.append(tree.lists + np.uint32(at))
+            return root
+
+        boxes = [np.stack((g.min((0, 1)), g.max((0, 1)))) + grow for g in groups[1:]]
+        for group in groups:
+            if not len(group):  # a leaf without triangles
+                nodes.append(np.array([3 << 24], np.uint64))
+                roots.append(0)
+                continue
+            roots.append(add(kdtree.build(group, ~triaccel.has_area(group), params), first))
+            first += len(group)
+        corners = fp24.round_to_fp24(np.array(boxes))
+        inside = np.clip(corners, -1.0, 1.0)  # planes lie within the scene
+        if cut:
+            at, n = sum(map(len, nodes)), len(boxes)
+            plane = int(fp24.to_bits(np.array([corners[:, :, 0].mean()]))[0])
+            leaf = 3 << 24 | n | sum(map(len, lists)) << 29
+            nodes.append(np.array([plane | at + 2 << 29, leaf, leaf], np.uint64))
+            lists.append(np.array([i + 1 | (i == n - 1) << 24 for i in range(n)], np.uint32))
+            roots.append(at)
+        else:
+            things = inside[:, [0, 1, 0]]  # triangles with these boxes
+            roots.append(add(kdtree.build(things, np.zeros(len(things), bool), params), 1))
+        whole = np.stack((corners[:, 0].min(0), corners[:, 1].max(0)))
+        self.tree = kdtree.Tree(np.concatenate(nodes), np.concatenate(lists), roots[0], self.tree.bounds, None, {})
+        self.instances = np.array(
+            [instance(root, box) for root, box in zip([roots[-1], *roots[1:-1]], [whole + grow, *corners], strict=True)], np.uint64
+        )
+        some = groups[0] if len(static) else np.zeros((1, 1, 3))
+        self.box = fp24.round_to_fp24(np.stack((some.min((0, 1)), some.max((0, 1)))) + grow)
+        self.arrays = tracer.decode(self.tree.nodes, self.tree.lists, records, self.box, self.tree.root, self.instances)
+        self._store(NODE_BASE, self.tree.nodes)
+        pairs = np.concatenate([self.tree.lists, np.zeros(len(self.tree.lists) % 2, dtype=np.uint32)])
+        self._store(LIST_BASE, pairs.view(np.uint64))
+        self._store(INST_BASE, self.instances.reshape(-1))
+
+
+def instance(root, box):
+    """`inst_t` as four words."""
+    lo, hi = (fp24.to_bits(fp24.round_to_fp24(np.asarray(v, dtype=np.float64))).astype(int).tolist() for v in box)
+    return [root | lo[0] << 24, lo[1] | lo[2] << 24, hi[0] | hi[1] << 24, hi[2]]
 
 
 def pack(*fields):

@@ -65,7 +65,7 @@ def scene(seed: int, width: int = 45, height: int = 27, lights: int = 3, materia
         "SIZE": height << 16 | width, "FB_BASE": 0x10000, "FB_STRIDE": -(-width // 8) * 32 + 32,
         "NODE_BASE": 0x40, "NODE_COUNT": 64, "NODE_ROOT": 63, "LIST_BASE": 0x2000, "LIST_COUNT": 100,
         "ACCEL_BASE": 0x3000, "TRI_COUNT": 5, "INFO_BASE": 0x4000, "MAT_BASE": 0x6000, "MAT_COUNT": materials,
-        "UV_BASE": 0x4800, "UV_COUNT": 3, "TEX_BASE": 0x5000, "TEX_LINES": 4,
+        "INST_BASE": 0x4C00, "INST_COUNT": 3, "UV_BASE": 0x4800, "UV_COUNT": 3, "TEX_BASE": 0x5000, "TEX_LINES": 4,
         "LIGHT_BASE": 0x1000, "LIGHT_COUNT": lights}
     made = Scene(image, regs)
     for line in range(8):

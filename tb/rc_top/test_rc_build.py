@@ -3,6 +3,7 @@
 stand-in for the ray-tracing unit, whose picture depends on the root and on the nodes near it. Trees equal the model's."""
 import os
 import random
+from dataclasses import replace
 from types import SimpleNamespace
 
 import cocotb
@@ -27,13 +28,14 @@ CAP, REFINE = 32, 100
 class Object:
     """Random triangles on the grid, what the builder makes of them, and what it is told."""
 
-    def __init__(self, rng, count):
+    def __init__(self, rng, count, first=0):
         corner = rng.uniform(-0.8, 0.8, (count, 1, 3))
         vertices = np.rint((corner + rng.uniform(-0.15, 0.15, (count, 3, 3))) * 2**17) / 2**17
         unit = SimpleNamespace(triangles=vertices)
         opaque = rng.random(count) < 0.7
         self.vertices = tbu.vertex_records(unit, opaque)
         refs = tbu.references(unit, opaque)
+        refs = replace(refs, tri=refs.tri + first)
         self.box = refs.box
         self.tree = model.build(refs, cap=CAP, refine_max=REFINE)
         room = tbu.sizes(count, CAP)
@@ -155,10 +157,12 @@ async def errors(dut):
         ({"NODE_COUNT": 200}, ERR_CONFIG, 0x54), ({"NODE_COUNT": 0}, ERR_CONFIG, 0x54), ({"LIST_COUNT": 300}, ERR_CONFIG, 0x60),
         ({"TRI_COUNT": 0}, ERR_CONFIG, 0x68), ({"VERTEX_BASE": 0xFFFFFFC0}, ERR_CONFIG, 0x98),
         ({"REF_BASE": 0xFFFFFFC0}, ERR_CONFIG, 0x9C), ({"NODE_BASE": 0xFFFFFFC0}, ERR_CONFIG, 0x50),
-        ({"LIST_BASE": 0xFFFFFFC0}, ERR_CONFIG, 0x5C)]
+        ({"LIST_BASE": 0xFFFFFFC0}, ERR_CONFIG, 0x5C), ({"TBU_NODE_FIRST": 64}, ERR_CONFIG, 0x248),
+        ({"TBU_NODE_FIRST": 1 << 20}, ERR_CONFIG, 0x248), ({"TBU_LIST_FIRST": 128}, ERR_CONFIG, 0x24C),
+        ({"TBU_LIST_FIRST": 1 << 20}, ERR_CONFIG, 0x24C), ({"TBU_TRI_FIRST": (1 << 19) - 4 * CAP + 1}, ERR_CONFIG, 0x250)]
     for n, (changes, code, blamed) in enumerate(cases):
         bench.pauses = random.choice([0.0, 0.3])
-        old = {name: bench.made.regs[name] for name in changes}
+        old = {name: bench.made.regs.get(name, 0) for name in changes}
         await bench.give(thing, **changes)
         outside = bench.ram.read(NODES + 8 * changes.get("NODE_COUNT", 1 << 12), 64)
         control = random.choice([BUILD, BUILD | RENDER]) if code != ERR_COUNT else BUILD | RENDER
@@ -184,6 +188,46 @@ async def errors(dut):
         bench.ram.write(NODES + root // 8 * 64 + 48, (base // 64).to_bytes(8, "little") + (4).to_bytes(8, "little"))
         await bench.write("NODE_ROOT", root)
         assert await bench.frame(RENDER) == (ERR_WINDOW, base + 32)
+
+
+@cocotb.test(timeout_time=20, timeout_unit="ms")
+async def parts_of_regions(dut):
+    """Objects one after the other in the same regions: trees side by side, numbers from the regions' beginning."""
+    rng = np.random.default_rng(int(os.environ["RAYCORE_SEED"]))
+    bench = Bench(dut, int(os.environ["RAYCORE_SEED"]))
+    await bench.begin()
+    node, entry, tri, built = 0, 0, 0, []
+    for count in (3 * CAP, 1, 2 * CAP):
+        bench.pauses = random.choice([0.0, 0.3])
+        thing = Object(rng, count, tri)
+        nodes, lists = bench.ram.read(NODES, 8 * node), bench.ram.read(LISTS, 4 * entry)
+        if built:
+            bench.ram.write(VERTICES, thing.vertices.astype("<u8").tobytes())
+        room = [("NODE", node, node + 1024), ("LIST", entry, entry + 1024)]
+        firsts = {f"TBU_{n}_FIRST": at for n, at, _ in room} | {f"{n}_COUNT": end for n, _, end in room}
+        if not built:
+            await bench.give(thing, **firsts, TBU_TRI_FIRST=tri)
+        else:
+            for name, value in (thing.regs | firsts | {"TBU_TRI_FIRST": tri}).items():
+                await bench.write(name, value)
+        assert await bench.frame(BUILD) == (0, 0)
+        assert (bench.ram.read(NODES, 8 * node), bench.ram.read(LISTS, 4 * entry)) == (nodes, lists)
+        built.append((thing, await bench.read("TBU_ROOT")))
+        assert node <= built[-1][1] < node + 1024
+        node, entry, tri = node + 1024, entry + 1024, tri + count
+    nodes = np.frombuffer(bench.ram.read(NODES, 8 * node), "<u8")
+    lists = np.frombuffer(bench.ram.read(LISTS, 4 * entry), "<u4")
+    for thing, root in built:
+        assert compare(thing.tree, walk_memory(nodes, lists, root, thing.box)) is None
+    for changes, code in (({"TBU_NODE_FIRST": node - 1024 + 896}, ERR_NODE), ({"TBU_LIST_FIRST": entry - 256}, ERR_LIST)):
+        thing = Object(rng, 4 * CAP)                               # too little room above what belongs to others
+        for name, value in (thing.regs | firsts | changes).items():
+            await bench.write(name, value)
+        bench.ram.write(VERTICES, thing.vertices.astype("<u8").tobytes())
+        at = 8 * changes.get("TBU_NODE_FIRST", 0), 4 * changes.get("TBU_LIST_FIRST", 0)
+        below = bench.ram.read(NODES, at[0]), bench.ram.read(LISTS, at[1])
+        assert (await bench.frame(BUILD))[0] == code
+        assert below == (bench.ram.read(NODES, at[0]), bench.ram.read(LISTS, at[1]))
 
 
 @cocotb.test(timeout_time=40, timeout_unit="ms")

@@ -341,6 +341,11 @@ module rc_regs (
         logic ACCEL_EYE_Z;
         logic TILE_FIRST;
         logic TILE_COUNT;
+        logic INST_BASE;
+        logic INST_COUNT;
+        logic TBU_NODE_FIRST;
+        logic TBU_LIST_FIRST;
+        logic TBU_TRI_FIRST;
     } decoded_reg_strb_t;
     decoded_reg_strb_t decoded_reg_strb;
     logic decoded_err;
@@ -583,6 +588,16 @@ module rc_regs (
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h220);
         decoded_reg_strb.TILE_COUNT = cpuif_req_masked & (cpuif_addr == 12'h224);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h224);
+        decoded_reg_strb.INST_BASE = cpuif_req_masked & (cpuif_addr == 12'h240);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h240);
+        decoded_reg_strb.INST_COUNT = cpuif_req_masked & (cpuif_addr == 12'h244);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h244);
+        decoded_reg_strb.TBU_NODE_FIRST = cpuif_req_masked & (cpuif_addr == 12'h248);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h248);
+        decoded_reg_strb.TBU_LIST_FIRST = cpuif_req_masked & (cpuif_addr == 12'h24c);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h24c);
+        decoded_reg_strb.TBU_TRI_FIRST = cpuif_req_masked & (cpuif_addr == 12'h250);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 12'h250);
         decoded_err = ~is_valid_addr & decoded_req;
     end
 
@@ -1021,6 +1036,36 @@ module rc_regs (
                 logic load_next;
             } value;
         } TILE_COUNT;
+        struct {
+            struct {
+                logic [25:0] next;
+                logic load_next;
+            } line;
+        } INST_BASE;
+        struct {
+            struct {
+                logic [23:0] next;
+                logic load_next;
+            } value;
+        } INST_COUNT;
+        struct {
+            struct {
+                logic [23:0] next;
+                logic load_next;
+            } value;
+        } TBU_NODE_FIRST;
+        struct {
+            struct {
+                logic [23:0] next;
+                logic load_next;
+            } value;
+        } TBU_LIST_FIRST;
+        struct {
+            struct {
+                logic [18:0] next;
+                logic load_next;
+            } value;
+        } TBU_TRI_FIRST;
     } field_combo_t;
     field_combo_t field_combo;
 
@@ -1376,6 +1421,31 @@ module rc_regs (
                 logic [23:0] value;
             } value;
         } TILE_COUNT;
+        struct {
+            struct {
+                logic [25:0] value;
+            } line;
+        } INST_BASE;
+        struct {
+            struct {
+                logic [23:0] value;
+            } value;
+        } INST_COUNT;
+        struct {
+            struct {
+                logic [23:0] value;
+            } value;
+        } TBU_NODE_FIRST;
+        struct {
+            struct {
+                logic [23:0] value;
+            } value;
+        } TBU_LIST_FIRST;
+        struct {
+            struct {
+                logic [18:0] value;
+            } value;
+        } TBU_TRI_FIRST;
     } field_storage_t;
     field_storage_t field_storage;
 
@@ -3073,6 +3143,121 @@ module rc_regs (
         end
     end
     assign hwif_out.TILE_COUNT.value.value = field_storage.TILE_COUNT.value.value;
+    // Field: rc_regs.INST_BASE.line
+    always_comb begin
+        automatic logic [25:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.INST_BASE.line.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.INST_BASE && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.INST_BASE.line.value & ~decoded_wr_biten[31:6]) | (decoded_wr_data[31:6] & decoded_wr_biten[31:6]);
+            load_next_c = '1;
+        end
+        field_combo.INST_BASE.line.next = next_c;
+        field_combo.INST_BASE.line.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.INST_BASE.line.value <= 26'h0;
+        end else begin
+            if(field_combo.INST_BASE.line.load_next) begin
+                field_storage.INST_BASE.line.value <= field_combo.INST_BASE.line.next;
+            end
+        end
+    end
+    assign hwif_out.INST_BASE.line.value = field_storage.INST_BASE.line.value;
+    // Field: rc_regs.INST_COUNT.value
+    always_comb begin
+        automatic logic [23:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.INST_COUNT.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.INST_COUNT && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.INST_COUNT.value.value & ~decoded_wr_biten[23:0]) | (decoded_wr_data[23:0] & decoded_wr_biten[23:0]);
+            load_next_c = '1;
+        end
+        field_combo.INST_COUNT.value.next = next_c;
+        field_combo.INST_COUNT.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.INST_COUNT.value.value <= 24'h0;
+        end else begin
+            if(field_combo.INST_COUNT.value.load_next) begin
+                field_storage.INST_COUNT.value.value <= field_combo.INST_COUNT.value.next;
+            end
+        end
+    end
+    assign hwif_out.INST_COUNT.value.value = field_storage.INST_COUNT.value.value;
+    // Field: rc_regs.TBU_NODE_FIRST.value
+    always_comb begin
+        automatic logic [23:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TBU_NODE_FIRST.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TBU_NODE_FIRST && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TBU_NODE_FIRST.value.value & ~decoded_wr_biten[23:0]) | (decoded_wr_data[23:0] & decoded_wr_biten[23:0]);
+            load_next_c = '1;
+        end
+        field_combo.TBU_NODE_FIRST.value.next = next_c;
+        field_combo.TBU_NODE_FIRST.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TBU_NODE_FIRST.value.value <= 24'h0;
+        end else begin
+            if(field_combo.TBU_NODE_FIRST.value.load_next) begin
+                field_storage.TBU_NODE_FIRST.value.value <= field_combo.TBU_NODE_FIRST.value.next;
+            end
+        end
+    end
+    assign hwif_out.TBU_NODE_FIRST.value.value = field_storage.TBU_NODE_FIRST.value.value;
+    // Field: rc_regs.TBU_LIST_FIRST.value
+    always_comb begin
+        automatic logic [23:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TBU_LIST_FIRST.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TBU_LIST_FIRST && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TBU_LIST_FIRST.value.value & ~decoded_wr_biten[23:0]) | (decoded_wr_data[23:0] & decoded_wr_biten[23:0]);
+            load_next_c = '1;
+        end
+        field_combo.TBU_LIST_FIRST.value.next = next_c;
+        field_combo.TBU_LIST_FIRST.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TBU_LIST_FIRST.value.value <= 24'h0;
+        end else begin
+            if(field_combo.TBU_LIST_FIRST.value.load_next) begin
+                field_storage.TBU_LIST_FIRST.value.value <= field_combo.TBU_LIST_FIRST.value.next;
+            end
+        end
+    end
+    assign hwif_out.TBU_LIST_FIRST.value.value = field_storage.TBU_LIST_FIRST.value.value;
+    // Field: rc_regs.TBU_TRI_FIRST.value
+    always_comb begin
+        automatic logic [18:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.TBU_TRI_FIRST.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.TBU_TRI_FIRST && decoded_req_is_wr && !(hwif_in.frame_busy)) begin // SW write
+            next_c = (field_storage.TBU_TRI_FIRST.value.value & ~decoded_wr_biten[18:0]) | (decoded_wr_data[18:0] & decoded_wr_biten[18:0]);
+            load_next_c = '1;
+        end
+        field_combo.TBU_TRI_FIRST.value.next = next_c;
+        field_combo.TBU_TRI_FIRST.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(~rst_n) begin
+            field_storage.TBU_TRI_FIRST.value.value <= 19'h0;
+        end else begin
+            if(field_combo.TBU_TRI_FIRST.value.load_next) begin
+                field_storage.TBU_TRI_FIRST.value.value <= field_combo.TBU_TRI_FIRST.value.next;
+            end
+        end
+    end
+    assign hwif_out.TBU_TRI_FIRST.value.value = field_storage.TBU_TRI_FIRST.value.value;
 
     //--------------------------------------------------------------------------
     // Write response
@@ -3115,7 +3300,7 @@ module rc_regs (
             readback_data_var[1] = field_storage.IRQ_STATUS.error.value;
         end
         if(rd_mux_addr == 12'h18) begin
-            readback_data_var[3:0] = hwif_in.ERROR.code.next;
+            readback_data_var[4:0] = hwif_in.ERROR.code.next;
         end
         if(rd_mux_addr == 12'h1c) begin
             readback_data_var[31:0] = hwif_in.ERROR_ADDR.value.next;
@@ -3440,6 +3625,21 @@ module rc_regs (
         end
         if(rd_mux_addr == 12'h224) begin
             readback_data_var[23:0] = field_storage.TILE_COUNT.value.value;
+        end
+        if(rd_mux_addr == 12'h240) begin
+            readback_data_var[31:6] = field_storage.INST_BASE.line.value;
+        end
+        if(rd_mux_addr == 12'h244) begin
+            readback_data_var[23:0] = field_storage.INST_COUNT.value.value;
+        end
+        if(rd_mux_addr == 12'h248) begin
+            readback_data_var[23:0] = field_storage.TBU_NODE_FIRST.value.value;
+        end
+        if(rd_mux_addr == 12'h24c) begin
+            readback_data_var[23:0] = field_storage.TBU_LIST_FIRST.value.value;
+        end
+        if(rd_mux_addr == 12'h250) begin
+            readback_data_var[18:0] = field_storage.TBU_TRI_FIRST.value.value;
         end
         readback_data = readback_data_var;
         readback_done = decoded_req & ~decoded_req_is_wr;

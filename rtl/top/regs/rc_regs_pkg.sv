@@ -7,7 +7,7 @@ package rc_regs_pkg;
 
     localparam RC_REGS_DATA_WIDTH = 32;
     localparam RC_REGS_MIN_ADDR_WIDTH = 12;
-    localparam RC_REGS_SIZE = 'h228;
+    localparam RC_REGS_SIZE = 'h254;
 
     typedef struct {
         logic next;
@@ -41,7 +41,7 @@ package rc_regs_pkg;
     } rc_regs__IRQ_STATUS__in_t;
 
     typedef struct {
-        logic [3:0] next;
+        logic [4:0] next;
     } rc_regs__ERROR__code__in_t;
 
     typedef struct {
@@ -1015,6 +1015,46 @@ package rc_regs_pkg;
     } rc_regs__TILE_COUNT__out_t;
 
     typedef struct {
+        logic [25:0] value;
+    } rc_regs__INST_BASE__line__out_t;
+
+    typedef struct {
+        rc_regs__INST_BASE__line__out_t line;
+    } rc_regs__INST_BASE__out_t;
+
+    typedef struct {
+        logic [23:0] value;
+    } rc_regs__INST_COUNT__value__out_t;
+
+    typedef struct {
+        rc_regs__INST_COUNT__value__out_t value;
+    } rc_regs__INST_COUNT__out_t;
+
+    typedef struct {
+        logic [23:0] value;
+    } rc_regs__TBU_NODE_FIRST__value__out_t;
+
+    typedef struct {
+        rc_regs__TBU_NODE_FIRST__value__out_t value;
+    } rc_regs__TBU_NODE_FIRST__out_t;
+
+    typedef struct {
+        logic [23:0] value;
+    } rc_regs__TBU_LIST_FIRST__value__out_t;
+
+    typedef struct {
+        rc_regs__TBU_LIST_FIRST__value__out_t value;
+    } rc_regs__TBU_LIST_FIRST__out_t;
+
+    typedef struct {
+        logic [18:0] value;
+    } rc_regs__TBU_TRI_FIRST__value__out_t;
+
+    typedef struct {
+        rc_regs__TBU_TRI_FIRST__value__out_t value;
+    } rc_regs__TBU_TRI_FIRST__out_t;
+
+    typedef struct {
         rc_regs__CTRL__out_t CTRL;
         rc_regs__IRQ_ENABLE__out_t IRQ_ENABLE;
         rc_regs__IRQ_STATUS__out_t IRQ_STATUS;
@@ -1081,5 +1121,10 @@ package rc_regs_pkg;
         rc_regs__ACCEL_EYE_Z__out_t ACCEL_EYE_Z;
         rc_regs__TILE_FIRST__out_t TILE_FIRST;
         rc_regs__TILE_COUNT__out_t TILE_COUNT;
+        rc_regs__INST_BASE__out_t INST_BASE;
+        rc_regs__INST_COUNT__out_t INST_COUNT;
+        rc_regs__TBU_NODE_FIRST__out_t TBU_NODE_FIRST;
+        rc_regs__TBU_LIST_FIRST__out_t TBU_LIST_FIRST;
+        rc_regs__TBU_TRI_FIRST__out_t TBU_TRI_FIRST;
     } rc_regs__out_t;
 endpackage

@@ -357,6 +357,7 @@ def decode_tree(image):
         region_words(image, "triaccel", r["TRI_COUNT"], 4),
         box,
         r["NODE_ROOT"],
+        region_words(image, "instances", r["INST_COUNT"], 4) if r.get("INST_COUNT") else (),
     )
 
 

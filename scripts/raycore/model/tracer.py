@@ -4,6 +4,9 @@
 The order of operations is that of docs/tni.md (paper Sec. 3.4 and Fig. 5; Wald 2004 in vertex-relative form). Values are
 float64 that hold FP24 numbers, see `raycore.model.fp24`. A *slot* is one pass of a ray through the 19 stages; cache
 misses cost further slots in hardware, which this model does not have.
+
+With dynamic objects there are three kinds of trees: the top-level tree, whose leaves list objects, a subtree for each object,
+and the static tree. The top-level tree comes first (Sec. 3.7); what was hit in it limits the static tree.
 """
 
 import math
@@ -23,6 +26,9 @@ STACK_DEPTH = 32
 TRI_NONE = (1 << 24) - 1
 
 BOX, TRAV1, TRAV2, ISECT = range(4)  # slot kinds, indices of a slot count
+AT_BASE, EARLY = -1, -2  # in place of a leaf: the walk is over, its stack is empty or what lies on it is too far
+TRI, SLACK = range(2)  # best_i: triangle, whether it used the slack
+T, BETA, GAMMA = range(3)  # best_f
 
 
 class TreeArrays(NamedTuple):
@@ -40,19 +46,26 @@ class TreeArrays(NamedTuple):
     one_eps: np.ndarray  # (triangles,) float64
     box: np.ndarray  # (2, 3) float64
     root: int
+    inst_root: np.ndarray  # (instances,) int64: roots of the top-level tree [0] and of the objects; none: no such tree
+    inst_box: np.ndarray  # (instances, 2, 3) float64
 
 
-def decode(nodes, entries, accel_words, box, root):
+def decode(nodes, entries, accel_words, box, root, instances=()):
     """Decode memory words into `TreeArrays`.
 
-    Args: nodes (n,) uint64; entries (m,) uint32; accel_words (t, 4) uint64; box (2, 3) FP24 values; root node index.
+    Args: nodes (n,) uint64; entries (m,) uint32; accel_words (t, 4) uint64; box (2, 3) FP24 values; root node index;
+        instances (i, 4) uint64: the top-level tree and the objects, none without dynamic objects.
     """
     nodes = np.asarray(nodes, dtype=np.uint64)
     words = np.asarray(accel_words, dtype=np.uint64)
+    records = np.asarray(instances, dtype=np.uint64).reshape(-1, 4)
     f24 = np.uint64(0xFFFFFF)
 
     def field(word, shift):
         return fp24.from_bits((words[:, word] >> np.uint64(shift)) & f24)
+
+    def corner(word, shift):
+        return fp24.from_bits((records[:, word] >> np.uint64(shift)) & f24)
 
     low, high = ((words[:, n] >> np.uint64(48)) & np.uint64(0xFFF) for n in (2, 3))
     b_v = fp24.from_bits(low | (high << np.uint64(12)))
@@ -75,12 +88,16 @@ def decode(nodes, entries, accel_words, box, root):
         one_eps=1.0 + np.ceil(np.ldexp(m.astype(np.float64), 4 - e)) * 2.0**-16,
         box=np.asarray(box, dtype=np.float64),
         root=int(root),
+        inst_root=(records[:, 0] & f24).astype(np.int64),
+        inst_box=np.ascontiguousarray(
+            np.stack([corner(0, 24), corner(1, 0), corner(1, 24), corner(2, 0), corner(2, 24), corner(3, 0)], axis=1)
+        ).reshape(-1, 2, 3),
     )
 
 
 @njit(cache=True, error_model="numpy")
 def box_test(box, org, dir, inv_dir, t_max):
-    """Ray-box mode: (hit, tmin, tmax) of the ray against the scene's box."""
+    """Ray-box mode: (hit, tmin, tmax) of the ray against a box; t_max: its nearest hit so far, at first its own limit."""
     tn = np.empty(3)
     tf = np.empty(3)
     for i in range(3):
@@ -116,75 +133,81 @@ def intersect(a, k, eps, one_eps, org, dir):
 
 
 @njit(cache=True, error_model="numpy")
-def _nearest(tree, org, dir, inv_dir, t_min, t_max, skip, any_hit, slots):
-    """`trace_ray` without material and flag."""
-    slack_min = T_SLACK if T_SLACK > t_min else t_min
-    best, best_tri, best_beta, best_gamma, best_slack = t_max, TRI_NONE, 0.0, 0.0, False
-    stack_node = np.empty(STACK_DEPTH, dtype=np.int64)
-    stack_t = np.empty((STACK_DEPTH, 2))
-    sp = 0
-    slots[BOX] += 1
-    hit, tmin, tmax = box_test(tree.box, org, dir, inv_dir, t_max)
-    if not hit:
-        return best_tri, best, best_beta, best_gamma
-    node = tree.root
+def _to_leaf(tree, node, tmin, tmax, org, dir, inv_dir, best, stack_node, stack_t, sp, base, slots):
+    """Traversal slots until a leaf: (leaf, AT_BASE or EARLY; tmin, tmax, sp). base: where the tree's own stack begins."""
     while True:
-        # ---- traversal slots, until a leaf
-        leaf = -1
-        while leaf < 0:
-            line = node >> 3
-            steps = 0
-            pop = False
-            while True:  # up to two steps, the second only within the same 64-byte block
-                steps += 1
-                meta = tree.meta[node]
-                axis = meta & 3
-                if axis == 3:
-                    if tree.low[node] & 0xFFFFF == 0:
-                        pop = True
-                    else:
-                        leaf = node
-                    break
-                o, inv = org[axis], inv_dir[axis]
-                diff = fsub(tree.split[node], o)
-                ts = fmul(diff, inv)
-                neg = math.copysign(1.0, dir[axis]) < 0.0
-                swap, lower_empty, upper_empty = (meta >> 2) & 1, (meta >> 3) & 1, (meta >> 4) & 1
-                other, adjacent = (meta >> 5) & 0xFFFFFF, node + 1
-                near = adjacent if (swap == 1) == neg else other
-                far = other if (swap == 1) == neg else adjacent
-                near_empty, far_empty = (upper_empty, lower_empty) if neg else (lower_empty, upper_empty)
-                whole = diff == 0.0 and abs(inv) == HUGE
-                near_only = not whole and ts > ulp_add(tmax, 1)
-                far_only = not whole and ts < ulp_add(tmin, -1)
-                near_max, far_min = tmax, tmin
-                if not (whole or near_only or far_only):
-                    near_max = tmin if ts < tmin else ts
-                    far_min = tmax if ts > tmax else ts
-                go_near = not far_only and near_empty == 0
-                go_far = not near_only and far_empty == 0
-                if go_near:
-                    if go_far:
-                        if sp == STACK_DEPTH:
-                            raise ValueError("the tree is deeper than the stack")
-                        stack_node[sp], stack_t[sp, 0], stack_t[sp, 1] = far, far_min, tmax
-                        sp += 1
-                    node, tmax = near, near_max
-                elif go_far:
-                    node, tmin = far, far_min
-                else:
+        line = node >> 3
+        steps, leaf, pop = 0, -1, False
+        while True:  # up to two steps, the second only within the same 64-byte block
+            steps += 1
+            meta = tree.meta[node]
+            axis = meta & 3
+            if axis == 3:
+                if tree.low[node] & 0xFFFFF == 0:
                     pop = True
-                if pop or steps == 2 or node >> 3 != line:
-                    break
-            slots[TRAV1 if steps == 1 else TRAV2] += 1
-            if pop:
-                if sp == 0 or best < stack_t[sp - 1, 0]:
-                    return best_tri, best, best_beta, best_gamma
-                sp -= 1
-                node, tmin, tmax = stack_node[sp], stack_t[sp, 0], stack_t[sp, 1]
+                else:
+                    leaf = node
+                break
+            o, inv = org[axis], inv_dir[axis]
+            diff = fsub(tree.split[node], o)
+            ts = fmul(diff, inv)
+            neg = math.copysign(1.0, dir[axis]) < 0.0
+            swap, lower_empty, upper_empty = (meta >> 2) & 1, (meta >> 3) & 1, (meta >> 4) & 1
+            other, adjacent = (meta >> 5) & 0xFFFFFF, node + 1
+            near = adjacent if (swap == 1) == neg else other
+            far = other if (swap == 1) == neg else adjacent
+            near_empty, far_empty = (upper_empty, lower_empty) if neg else (lower_empty, upper_empty)
+            whole = diff == 0.0 and abs(inv) == HUGE
+            near_only = not whole and ts > ulp_add(tmax, 1)
+            far_only = not whole and ts < ulp_add(tmin, -1)
+            near_max, far_min = tmax, tmin
+            if not (whole or near_only or far_only):
+                near_max = tmin if ts < tmin else ts
+                far_min = tmax if ts > tmax else ts
+            go_near = not far_only and near_empty == 0
+            go_far = not near_only and far_empty == 0
+            if go_near:
+                if go_far:
+                    if sp == STACK_DEPTH:
+                        raise ValueError("the tree is deeper than the stack")
+                    stack_node[sp], stack_t[sp, 0], stack_t[sp, 1] = far, far_min, tmax
+                    sp += 1
+                node, tmax = near, near_max
+            elif go_far:
+                node, tmin = far, far_min
+            else:
+                pop = True
+            if pop or steps == 2 or node >> 3 != line:
+                break
+        slots[TRAV1 if steps == 1 else TRAV2] += 1
+        if pop:
+            if sp == base:
+                return AT_BASE, tmin, tmax, sp
+            if best < stack_t[sp - 1, 0]:
+                return EARLY, tmin, tmax, sp
+            sp -= 1
+            node, tmin, tmax = stack_node[sp], stack_t[sp, 0], stack_t[sp, 1]
+        elif leaf >= 0:
+            return leaf, tmin, tmax, sp
+
+
+@njit(cache=True, error_model="numpy")
+def _walk(tree, root, tmin, tmax, ray, best_f, best_i, stack_node, stack_t, base, slots):
+    """The nearest triangle of a tree, if nearer than the best so far: (AT_BASE or EARLY, whether it ends the ray).
+
+    best_f (3,) float64 and best_i (2,) int64: the best hit so far, by T, BETA, GAMMA and TRI, SLACK; a nearer one is stored there.
+    """
+    org, dir, inv_dir, t_min, skip, any_hit = ray
+    slack_min = T_SLACK if T_SLACK > t_min else t_min
+    node, sp = root, base
+    while True:
+        leaf, tmin, tmax, sp = _to_leaf(
+            tree, node, tmin, tmax, org, dir, inv_dir, best_f[T], stack_node, stack_t, sp, base, slots
+        )
+        if leaf < 0:
+            return leaf, False
         # ---- intersection slots, one triangle each
-        meta = tree.meta[leaf]
-        index = (meta >> 5) & 0xFFFFFF
+        index = (tree.meta[leaf] >> 5) & 0xFFFFFF
         direct = tree.low[leaf] & 0xFFFFF == 1
         while True:
             tri, last = index, True
@@ -193,6 +216,7 @@ def _nearest(tree, org, dir, inv_dir, t_min, t_max, skip, any_hit, slots):
                 tri, last = entry & 0xFFFFFF, (entry >> 24) & 1 == 1
             slots[ISECT] += 1
             inside, slack, t, beta, gamma = intersect(tree.accel[tri], tree.k[tri], tree.eps[tri], tree.one_eps[tri], org, dir)
+            best, best_slack = best_f[T], best_i[SLACK] != 0
             if slack and not best_slack:
                 nearer = ulp_add(t, SLACK_ULP) < best
             elif best_slack and not slack:
@@ -200,14 +224,59 @@ def _nearest(tree, org, dir, inv_dir, t_min, t_max, skip, any_hit, slots):
             else:
                 nearer = t < best
             if inside and tri != skip and nearer and t > (slack_min if slack else t_min):
-                best, best_tri, best_beta, best_gamma, best_slack = t, tri, beta, gamma, slack
+                best_f[T], best_f[BETA], best_f[GAMMA] = t, beta, gamma
+                best_i[TRI], best_i[SLACK] = tri, slack
                 if any_hit and tree.opaque[tri]:
-                    return best_tri, best, best_beta, best_gamma
+                    return EARLY, True
             if last:
                 break
             index += 1
-        if best <= tmax or sp == 0 or best < stack_t[sp - 1, 0]:
-            return best_tri, best, best_beta, best_gamma
+        if sp == base:
+            return AT_BASE, False
+        if best_f[T] <= tmax or best_f[T] < stack_t[sp - 1, 0]:
+            return EARLY, False
+        sp -= 1
+        node, tmin, tmax = stack_node[sp], stack_t[sp, 0], stack_t[sp, 1]
+
+
+@njit(cache=True, error_model="numpy")
+def _walk_objects(tree, ray, best_f, best_i, stack_node, stack_t, slots):
+    """The top-level tree, and the tree of each object whose box the ray meets. Returns: whether that ends the ray."""
+    org, dir, inv_dir, _, _, _ = ray
+    slots[BOX] += 1
+    hit, tmin, tmax = box_test(tree.inst_box[0], org, dir, inv_dir, best_f[T])
+    if not hit:
+        return False
+    node, sp = tree.inst_root[0], 0
+    while True:
+        leaf, tmin, tmax, sp = _to_leaf(
+            tree, node, tmin, tmax, org, dir, inv_dir, best_f[T], stack_node, stack_t, sp, 0, slots
+        )
+        if leaf < 0:
+            return False
+        index = (tree.meta[leaf] >> 5) & 0xFFFFFF
+        direct = tree.low[leaf] & 0xFFFFF == 1
+        while True:
+            thing, last = index, True
+            if not direct:
+                entry = tree.list[index]
+                thing, last = entry & 0xFFFFFF, (entry >> 24) & 1 == 1
+            slots[BOX] += 1
+            hit, tmin, tmax = box_test(tree.inst_box[thing], org, dir, inv_dir, best_f[T])
+            if hit:
+                end, over = _walk(
+                    tree, tree.inst_root[thing], tmin, tmax, ray, best_f, best_i, stack_node, stack_t, sp, slots
+                )
+                if over:
+                    return True
+                if last and end == EARLY and sp > 0:
+                    slots[BOX] += 1  # something of the object lies on the stack: a slot to read what lies below
+            if last:
+                break
+            index += 1
+        # What lies on the stack begins where this leaf ends, so the leaf's own end need not be kept.
+        if sp == 0 or best_f[T] < stack_t[sp - 1, 0]:
+            return False
         sp -= 1
         node, tmin, tmax = stack_node[sp], stack_t[sp, 0], stack_t[sp, 1]
 
@@ -220,10 +289,19 @@ def trace_ray(tree, org, dir, inv_dir, t_min, t_max, skip, any_hit, slots):
     opaque (shadow rays); of others the nearest is kept. skip: triangle never hit. mat, opaque: of the triangle's record; 0
     and False if nothing was hit. Raises: ValueError on a tree deeper than the stack.
     """
-    tri, t, beta, gamma = _nearest(tree, org, dir, inv_dir, t_min, t_max, skip, any_hit, slots)
+    ray = (org, dir, inv_dir, t_min, skip, any_hit)
+    best_f, best_i = np.array([t_max, 0.0, 0.0]), np.array([TRI_NONE, 0])
+    stack_node, stack_t = np.empty(STACK_DEPTH, dtype=np.int64), np.empty((STACK_DEPTH, 2))
+    over = tree.inst_root.size > 0 and _walk_objects(tree, ray, best_f, best_i, stack_node, stack_t, slots)
+    if not over:
+        slots[BOX] += 1
+        hit, tmin, tmax = box_test(tree.box, org, dir, inv_dir, best_f[T])
+        if hit:
+            _walk(tree, tree.root, tmin, tmax, ray, best_f, best_i, stack_node, stack_t, 0, slots)
+    tri = best_i[TRI]
     if tri == TRI_NONE:
-        return tri, t, beta, gamma, np.int64(0), False
-    return tri, t, beta, gamma, tree.mat[tri], tree.opaque[tri]
+        return tri, best_f[T], best_f[BETA], best_f[GAMMA], np.int64(0), False
+    return tri, best_f[T], best_f[BETA], best_f[GAMMA], tree.mat[tri], tree.opaque[tri]
 
 
 @njit(cache=True, error_model="numpy")

@@ -120,7 +120,8 @@ class Scene:
     triangles (N, 3, 3) and normals (N, 3, 3) float64, face_material (N,) int32 index into `materials`. Normals are unit
     vectors on the side of the triangle's own normal (right hand rule). camera is None and lights is empty if the file
     has none. uv (N, 3, 2) float64 texture coordinates of the corners, v downwards in the image, or None if nothing is
-    textured. warnings: one line for each kind of thing in the file that could not be mapped.
+    textured. objects (N,) int32: which dynamic object a triangle belongs to, 0 none, ascending; None: nothing is dynamic.
+    warnings: one line for each kind of thing in the file that could not be mapped.
     """
 
     name: str
@@ -136,6 +137,7 @@ class Scene:
     warnings: list = field(default_factory=list)
     depth: int | None = None  # bounces that the scene asks for
     duration: float = 0.0  # seconds until its last key, 0: nothing moves
+    objects: np.ndarray | None = None  # see above
 
     @property
     def bounds(self):

@@ -226,6 +226,11 @@ def load_document(path, load, within=(), time=0.0):
     check_triangles(np.concatenate([s.triangles for s in scenes]), path)
     parts = [Part(s.triangles, s.normals, s.materials, s.face_material, s.uv) for s in scenes]
     triangles, normals, uv, materials, face_material = assemble(parts, notes)
+    things = _objects([bool(mesh.get("dynamic")) for mesh in document["meshes"]], scenes)
+    if things is not None:  # static triangles first, then object by object
+        order = np.argsort(things, kind="stable")
+        triangles, normals, face_material, things = (a[order] for a in (triangles, normals, face_material, things))
+        uv = None if uv is None else uv[order]
     lights = [light for s in scenes for light in s.lights]
     if "lights" in document:
         lights = [built(("lights", i), _light, v) for i, v in enumerate(document["lights"])]
@@ -247,7 +252,22 @@ def load_document(path, load, within=(), time=0.0):
         notes.lines(),
         document.get("depth", max(depths, default=None)),
         max(s.duration for s in scenes),
+        things,
     )
+
+
+def _objects(dynamic, scenes):
+    """`Scene.objects` of meshes one after the other: those marked dynamic are one object each, others keep what they have."""
+    out, count = [], 0
+    for marked, scene in zip(dynamic, scenes):
+        own = np.zeros(len(scene.triangles), np.int32)
+        if marked:
+            own[:] = 1
+        elif scene.objects is not None:
+            own = scene.objects
+        out.append(np.where(own > 0, own + count, 0).astype(np.int32))
+        count += int(own.max(initial=0))
+    return np.concatenate(out) if count else None
 
 
 def _mesh_path(folder, name):

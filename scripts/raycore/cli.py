@@ -234,6 +234,9 @@ def render(
         typer.Option(help="host: exact SAH with clipping; model: the tree that the tree-building unit makes; "
             "rtl: the unit builds it, in the same run of the hardware, before the picture."),
     ] = TreeBuilder.host,
+    rtus: Annotated[
+        int, typer.Option(metavar="N", help="Ray-tracing units that share the picture and the memory, 1 to 16.")
+    ] = 1,
 ):
     """Render SCENE to a PNG.
 
@@ -282,7 +285,13 @@ def render(
         raise OptionError("--jobs: only pictures by the engine rtl can be split, without --waves and --tree rtl")
     if in_hardware and engine is not Engine.rtl:
         raise OptionError("--tree rtl: only the engine rtl builds trees")
-    memory = sim.Memory(width=mem_width, latency=mem_latency, backpressure=backpressure, seed=seed)
+    if not 1 <= rtus <= sim.MAX_RTUS:
+        raise OptionError(f"--rtus {rtus}: there can be 1 to {sim.MAX_RTUS}")
+    if rtus > 1 and engine is not Engine.rtl:
+        raise OptionError("--rtus: only the engine rtl has RTUs")
+    memory = sim.Memory(
+        width=mem_width, latency=mem_latency, outstanding=sim.outstanding(rtus), backpressure=backpressure, seed=seed
+    )
     width, height = _size(size)
     view = View(
         width,
@@ -313,8 +322,8 @@ def render(
     simulation = {}
     if engine is Engine.rtl:
         with _status(console, "Building the simulator if the RTL has changed"):
-            sim.build(mem_width=mem_width, waves=waves is not None, tbu=in_hardware)
-        simulation = {"waves": waves, "waves_from": waves_from, "waves_cycles": waves_cycles}
+            sim.build(mem_width=mem_width, waves=waves is not None, tbu=in_hardware, rtus=rtus)
+        simulation = {"waves": waves, "waves_from": waves_from, "waves_cycles": waves_cycles, "rtus": rtus}
     hits = check or profile or aov is not None
     if in_hardware:
         rendered = dynamic.render_frame(geometry, view, memory, hits, keep_memory=check, **simulation)

@@ -118,6 +118,8 @@ top/rc_csr.sv
 top/rc_frame_ctrl.sv
 top/rc_loader.sv
 top/rc_rtu.sv
+top/rc_rtu_port.sv
+top/rc_rtus.sv
 top/rc_setup_check.sv
 top/rc_top.sv
 top/regs/rc_regs.sv

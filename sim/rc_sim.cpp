@@ -140,8 +140,9 @@ class Simulation {
 #if VM_TRACE_FST
   std::unique_ptr<VerilatedFstC> waves_;
 #endif
-  Pixel pixel_[256];             // by ray index
-  SlotTrace slots_;
+  static constexpr size_t RTUS = sizeof(Vtop::hit_valid_o) / sizeof(CData);
+  Pixel pixel_[RTUS][256];       // by ray index
+  SlotTrace slots_[RTUS];
   std::map<uint32_t, uint32_t> counters_;
   uint32_t error_code_ = 0, error_addr_ = 0;
   uint64_t cycle_ = 0, last_life_ = 0;
@@ -234,27 +235,30 @@ void Simulation::tick() {
 
 void Simulation::trace_rays() {
   const Vtop& t = *top_;
-  if (hits_) {
-    slots_.step(t.slot_valid_o, t.slot_lost_o, t.slot_two_o, t.slot_done_o, t.slot_out_o, t.slot_ray_o, t.slot_count_o);
-  }
-  if (t.hit_valid_o) {           // before the events that may give its index away again
-    const Pixel& p = pixel_[t.hit_id_o];
-    rays_[p.kind][p.depth]++;
-    rays_total_++;
-    last_life_ = cycle_;
+  for (size_t r = 0; r < RTUS; r++) {
     if (hits_) {
-      const Work w = slots_.leave();
-      const HitRecord record{p.x, p.y, p.kind, p.light, t.hit_hit_o, p.depth,
-                             t.hit_tri_o, t.hit_t_o, t.hit_beta_o, t.hit_gamma_o, w.slots, w.lost, w.twos, 0};
-      hits_.write(&record, sizeof record);
+      slots_[r].step(t.slot_valid_o[r], t.slot_lost_o[r], t.slot_two_o[r], t.slot_done_o[r], t.slot_out_o[r], t.slot_ray_o[r],
+                     t.slot_count_o[r]);
     }
-  }
-  if (t.pri_valid_o) pixel_[t.pri_id_o] = {t.pri_x_o, t.pri_y_o, 0, 0, 0};
-  if (t.sec_valid_o) {
-    Pixel& p = pixel_[t.sec_id_o];
-    p.kind = t.sec_kind_o;
-    p.light = t.sec_light_o;
-    p.depth = t.sec_depth_o;
+    if (t.hit_valid_o[r]) {        // before the events that may give its index away again
+      const Pixel& p = pixel_[r][t.hit_id_o[r]];
+      rays_[p.kind][p.depth]++;
+      rays_total_++;
+      last_life_ = cycle_;
+      if (hits_) {
+        const Work w = slots_[r].leave();
+        const HitRecord record{p.x, p.y, p.kind, p.light, t.hit_hit_o[r], p.depth,
+                               t.hit_tri_o[r], t.hit_t_o[r], t.hit_beta_o[r], t.hit_gamma_o[r], w.slots, w.lost, w.twos, 0};
+        hits_.write(&record, sizeof record);
+      }
+    }
+    if (t.pri_valid_o[r]) pixel_[r][t.pri_id_o[r]] = {t.pri_x_o[r], t.pri_y_o[r], 0, 0, 0};
+    if (t.sec_valid_o[r]) {
+      Pixel& p = pixel_[r][t.sec_id_o[r]];
+      p.kind = t.sec_kind_o[r];
+      p.light = t.sec_light_o[r];
+      p.depth = t.sec_depth_o[r];
+    }
   }
 }
 
@@ -297,8 +301,9 @@ void Simulation::report_waits() const {
     if (!scope->varsp()) continue;
     auto value_of = [&](const std::string& name) -> int {   // -1: no such signal, or a wide one
       const auto found = scope->varsp()->find(name.c_str());
-      if (found == scope->varsp()->end() || found->second.vltype() != VLVT_UINT8) return -1;
-      return *static_cast<const CData*>(found->second.datap());
+      if (found == scope->varsp()->end()) return -1;
+      if (found->second.vltype() == VLVT_UINT16) return *static_cast<const SData*>(found->second.datap());
+      return found->second.vltype() == VLVT_UINT8 ? *static_cast<const CData*>(found->second.datap()) : -1;
     };
     for (const auto& [var_name, var] : *scope->varsp()) {
       const std::string name = var_name;

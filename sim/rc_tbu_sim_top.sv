@@ -69,6 +69,7 @@ module rc_tbu_sim_top import rc_pkg::*; import rc_mem_pkg::*; import rc_tbu_pkg:
     .wr_strb_o(wr_strb), .wr_ack_i(wr_ack), .wr_idle_i(wr_idle), .mem_err_i(rd_err || wr_err)
   );
   rc_mem_rd #(.NumClients(1), .NumWindows(2), .DataW(DataW)) u_rd (
+    .req_tag_i('0), .rsp_tag_o(), .ev_tag_o(),
     .clk_i, .rst_ni, .window_i(rd_window), .stop_i(1'b0), .idle_o(rd_idle), .err_valid_o(rd_err), .err_o(rd_err_what),
     .req_valid_i(rd_valid), .req_ready_o(rd_ready), .req_addr_i(rd_addr), .req_halves_i('1), .rsp_valid_o(rsp_valid),
     .rsp_block_o(rsp_block), .ev_line_o(ev_line),

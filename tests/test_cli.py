@@ -332,6 +332,9 @@ WRONG_OPTIONS = [
     (("--min-weight", "-0.1"), "least weight -0.1"),
     (("--min-weight", "nan"), "least weight nan"),
     (("--waves", "w.fst"), "waveforms"),
+    (("--rtus", "0"), "--rtus 0: there can be 1 to 16"),
+    (("--rtus", "17"), "--rtus 17"),
+    (("--rtus", "2"), "only the engine rtl"),
     (("--stats", "nowhere/s.json"), "does not exist"),
     (("--aov", "."), "is a directory"),
 ]

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 // Memory read port: lines of 64 bytes, or halves of them, for several clients over one AXI4 read channel, one burst
-// a request, one ID, so that answers come in order.
+// a request, one ID, so that answers come in order. A client may stand for several: a tag comes back with the answer.
 //   request   round robin; checked against the windows; noted in the order queue; to AR
 //   answer    beats are put together; the line goes to the client at the head of the order queue
 // Nothing a memory can answer hangs it: beats are counted, whatever RLAST says, and beats that
 // nobody asked for are swallowed. A request outside the windows is not sent but answered with zeros.
 module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
   parameter int unsigned NumClients = 4,
+  parameter int unsigned TagW       = 1,     // bits
   parameter int unsigned NumWindows = 4,
   parameter int unsigned DataW      = 64,    // bits: 64, 128 or 256
   parameter int unsigned IdW        = 1,     // bits
-  parameter int unsigned MaxBurst   = 16     // lines asked for and not yet answered
+  parameter int unsigned MaxBurst   = 16     // lines asked for and not yet answered, up to 64
 ) (
   input  logic                        clk_i,
   input  logic                        rst_ni,
@@ -23,9 +24,12 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
   output logic [NumClients-1:0]       req_ready_o,
   input  line_addr_t [NumClients-1:0] req_addr_i,
   input  logic [NumClients-1:0][1:0]  req_halves_i,  // 01 the lower, 10 the upper, 11 both
+  input  logic [NumClients-1:0][TagW-1:0] req_tag_i,
   output logic [NumClients-1:0]       rsp_valid_o,   // one-hot; per client in order of its requests
+  output logic [TagW-1:0]             rsp_tag_o,     // of that request
   output block64_t                    rsp_block_o,   // of one half: in both places
   output logic [NumClients-1:0]       ev_line_o,     // a request goes to memory for this client
+  output logic [TagW-1:0]             ev_tag_o,
   output logic [IdW-1:0]              m_axi_arid,
   output addr_t                       m_axi_araddr,
   output logic [7:0]                  m_axi_arlen,
@@ -47,6 +51,7 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
   localparam int unsigned CNT_W   = $clog2(MaxBurst + 1);
   typedef struct packed {
     logic [CLIENTW-1:0] client;
+    logic [TagW-1:0]    tag;
     logic               sent;                              // false: outside the windows
     logic               half;                              // only one
     half_addr_t         addr;
@@ -67,7 +72,7 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
   assign may_take = order_ready && !stop_i && (!m_axi_arvalid || m_axi_arready);
   assign gnt_addr   = req_addr_i[gnt_idx];
   assign gnt_halves = req_halves_i[gnt_idx];
-  assign order      = '{client: gnt_idx, sent: in_window != '0, half: gnt_halves != '1,
+  assign order      = '{client: gnt_idx, tag: req_tag_i[gnt_idx], sent: in_window != '0, half: gnt_halves != '1,
                         addr: {gnt_addr, gnt_halves == 2'b10}};
   rc_rr_arb #(.NumReq(NumClients)) u_arb (
     .clk_i, .rst_ni, .req_i(may_take ? req_valid_i : '0), .ready_i(1'b1), .gnt_o(gnt), .idx_o(gnt_idx)
@@ -93,6 +98,7 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
     if (gnt != '0) begin
       m_axi_araddr <= {order.addr, 5'b0};
       m_axi_arlen  <= order.half ? 8'(BEATS / 2 - 1) : 8'(BEATS - 1);
+      ev_tag_o     <= order.tag;
     end
   end
   assign m_axi_arid    = '0;
@@ -118,6 +124,7 @@ module rc_mem_rd import rc_pkg::*; import rc_mem_pkg::*; #(
       if (beat && expected) beat_q <= last_beat ? '0 : beat_q + 1'b1;
       rsp_valid_o <= head_done ? NumClients'(1) << head.client : '0;
     end
+    rsp_tag_o <= head.tag;
     for (int b = 0; b < BEATS; b++) begin
       for (int w = 0; w < WORDS; w++) begin
         if (outside) rsp_block_o[b * WORDS + w] <= '0;

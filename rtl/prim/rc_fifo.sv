@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 // First-in first-out queue of any depth; its oldest word is always at the output.
-//   Ram = 0  flip-flops or distributed RAM, a word comes out one cycle after it went in; up to 16 words
+//   Ram = 0  flip-flops or distributed RAM, a word comes out one cycle after it went in; up to 16 words, 64 if narrow
 //   Ram = 1  block RAM and two words in front of it, three cycles from input to output
 // Both take and give a word every cycle and hold Depth words in all.
 module rc_fifo #(

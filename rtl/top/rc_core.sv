@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// RayCore without its registers: frame control, tree builder, record unit, dispatcher, ray-tracing unit, memory ports.
+// RayCore without its registers: frame control, tree builder, record unit, dispatcher, ray-tracing units, memory ports.
 module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; import rc_tbu_pkg::*; #(
   parameter int unsigned DataW = 64,         // memory bus: 64, 128 or 256 bits
   parameter int unsigned IdW   = 1,          // memory bus: bits of an ID
   parameter bit          Tbu   = 1'b1,       // with the tree builder
   parameter int unsigned Cap   = 1280,       // references of a sorting pipeline of the tree builder
   parameter bit          Accel = Tbu,        // with the record unit
-  parameter int unsigned NtSets   = 128,  // caches, as in rc_rtu
+  parameter int unsigned NtSets   = 128,     // caches, as in rc_rtu
   parameter int unsigned ListSets = 64,
   parameter int unsigned L2Sets   = 256,
-  parameter int unsigned L2Ways   = 13
+  parameter int unsigned L2Ways   = 13,
+  parameter int unsigned NumRtus  = 1,       // ray-tracing units
+  parameter int unsigned MaxReads = NumRtus > 1 ? 32 : 16   // reads sent and not yet answered
 ) (
   input  logic               clk_i,
   input  logic               rst_ni,
@@ -23,7 +25,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   output idx_t               tbu_root_o,     // of the tree builder, until the next frame
   output tbu_stat_t          tbu_stat_o,
   output logic [31:0]        accel_cycles_o, // of the record unit
-  output trace_t             trace_o,        // for simulations
+  output trace_t [NumRtus-1:0] trace_o,      // for simulations
 
   output logic [IdW-1:0]     m_axi_arid,
   output addr_t              m_axi_araddr,
@@ -83,21 +85,19 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   );
 
   // ---- read port ----------------------------------------------------------------------------------------
-  logic       [NUM_RD_CLIENTS-1:0] req_valid, req_ready, rsp_valid, ev_line;
-  line_addr_t [NUM_RD_CLIENTS-1:0] req_addr;
-  logic  [NUM_RD_CLIENTS-1:0][1:0] req_halves;
-  block64_t                        rsp_block;
-  line_t                           rsp_line, ld_line;
-  half_addr_t                      tni_req_addr;
-  logic                            ld_valid;
-  ld_kind_e                        ld_kind;
-  logic       [7:0]                ld_idx;
-  assign rsp_line = used_bits(rsp_block);
-  assign req_addr[RD_TNI] = tni_req_addr[HALF_ADDR_W-1:1];
-  always_comb begin
-    req_halves         = '1;
-    req_halves[RD_TNI] = {tni_req_addr[0], !tni_req_addr[0]};
-  end
+  localparam int unsigned NUM_RD = RD_RTU + NumRtus;
+  logic       [NUM_RD-1:0] req_valid, req_ready, rsp_valid, ev_line;
+  line_addr_t [NUM_RD-1:0] req_addr;
+  logic  [NUM_RD-1:0][1:0] req_halves;
+  rd_tag_t    [NUM_RD-1:0] req_tag;
+  rd_tag_t                 rsp_tag, ev_tag;
+  block64_t                rsp_block;
+  line_t                   ld_line;
+  logic                    ld_valid;
+  ld_kind_e                ld_kind;
+  logic       [7:0]        ld_idx;
+  assign req_halves[RD_RTU-1:0] = '1;
+  assign req_tag[RD_RTU-1:0]    = '0;
 
   // ---- tree ---------------------------------------------------------------------------------------------
   // Writers while the memory ports are theirs: [0] the tree builder, [1] the record unit.
@@ -196,15 +196,15 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
     .light_base_i(setup_i.light_base), .light_count_i(setup_i.light_count[4:0]),
     .mat_base_i(setup_i.mat_base), .mat_count_i(setup_i.mat_count[8:0]),
     .req_valid_o(req_valid[RD_LOADER]), .req_ready_i(req_ready[RD_LOADER]), .req_addr_o(req_addr[RD_LOADER]),
-    .rsp_valid_i(rsp_valid[RD_LOADER]), .rsp_line_i(rsp_line),
+    .rsp_valid_i(rsp_valid[RD_LOADER]), .rsp_line_i(used_bits(rsp_block)),
     .ld_valid_o(ld_valid), .ld_kind_o(ld_kind), .ld_idx_o(ld_idx), .ld_line_o(ld_line)
   );
 
   // ---- rays ---------------------------------------------------------------------------------------------
-  logic       blk_valid, blk_ready;
-  block_t     blk;
-  shade_cfg_t shade_cfg;
-  rtu_ev_t    rtu_ev;
+  logic   [NumRtus-1:0] blk_valid, blk_ready;
+  block_t [NumRtus-1:0] blk;
+  shade_cfg_t           shade_cfg;
+  rtu_ev_t [NumRtus-1:0] rtu_ev;
   logic             wr_valid;
   addr_t            wr_addr;
   logic [7:0][31:0] wr_data;
@@ -215,25 +215,23 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
     mat_count: setup_i.mat_count[8:0], light_count: setup_i.light_count[4:0],
     shadows: setup_i.shadows, background: setup_i.background
   };
-  rc_dispatch #(.NumRtus(1)) u_dispatch (
+  rc_dispatch #(.NumRtus(NumRtus)) u_dispatch (
     .clk_i, .rst_ni(unit_rst_n), .start_i(trace_start),
     .width_i(setup_i.frame.width), .height_i(setup_i.frame.height),
     .tile_x_i(setup_i.tile_x), .tile_y_i(setup_i.tile_y), .tile_count_i(setup_i.tile_count),
     .blk_valid_o(blk_valid), .blk_ready_i(blk_ready), .blk_o(blk), .all_sent_o(all_sent)
   );
-  rc_rtu #(.NtSets(NtSets), .ListSets(ListSets), .L2Sets(L2Sets), .L2Ways(L2Ways)) u_rtu (
+  rc_rtus #(
+    .NumRtus(NumRtus), .NtSets(NtSets), .ListSets(ListSets), .L2Sets(L2Sets), .L2Ways(L2Ways)
+  ) u_rtus (
     .clk_i, .rst_ni(unit_rst_n),
     .tree_i(tree), .camera_i(setup_i.camera), .shade_i(shade_cfg), .frame_i(setup_i.frame),
     .blk_valid_i(blk_valid), .blk_ready_o(blk_ready), .blk_i(blk),
     .ld_valid_i(ld_valid), .ld_kind_i(ld_kind), .ld_idx_i(ld_idx), .ld_line_i(ld_line),
-    .tni_req_valid_o(req_valid[RD_TNI]), .tni_req_ready_i(req_ready[RD_TNI]), .tni_req_addr_o(tni_req_addr),
-    .tni_rsp_valid_i(rsp_valid[RD_TNI]), .tni_rsp_half_i(rsp_line[3:0]),
-    .tri_req_valid_o(req_valid[RD_TRI]), .tri_req_ready_i(req_ready[RD_TRI]), .tri_req_addr_o(req_addr[RD_TRI]),
-    .tri_rsp_valid_i(rsp_valid[RD_TRI]), .tri_rsp_line_i(rsp_line),
-    .uv_req_valid_o(req_valid[RD_UV]), .uv_req_ready_i(req_ready[RD_UV]), .uv_req_addr_o(req_addr[RD_UV]),
-    .uv_rsp_valid_i(rsp_valid[RD_UV]), .uv_rsp_line_i(rsp_line),
-    .tex_req_valid_o(req_valid[RD_TEX]), .tex_req_ready_i(req_ready[RD_TEX]), .tex_req_addr_o(req_addr[RD_TEX]),
-    .tex_rsp_valid_i(rsp_valid[RD_TEX]), .tex_rsp_block_i(rsp_block),
+    .req_valid_o(req_valid[NUM_RD-1:RD_RTU]), .req_ready_i(req_ready[NUM_RD-1:RD_RTU]),
+    .req_addr_o(req_addr[NUM_RD-1:RD_RTU]), .req_halves_o(req_halves[NUM_RD-1:RD_RTU]),
+    .req_tag_o(req_tag[NUM_RD-1:RD_RTU]),
+    .rsp_valid_i(rsp_valid[NUM_RD-1:RD_RTU]), .rsp_tag_i(rsp_tag), .rsp_block_i(rsp_block),
     .wr_valid_o(wr_valid), .wr_ready_i(!building && wr_ready),
     .wr_addr_o(wr_addr), .wr_data_o(wr_data), .wr_strb_o(wr_strb),
     .err_valid_o(rtu_err_valid), .err_o(rtu_err), .idle_o(rtu_idle),
@@ -243,11 +241,14 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   // ---- memory ---------------------------------------------------------------------------------------------
   // First the builders write, then the colour buffer.
   logic ev_row;
-  rc_mem_rd #(.NumClients(NUM_RD_CLIENTS), .NumWindows(NUM_WINDOWS), .DataW(DataW), .IdW(IdW)) u_mem_rd (
+  rc_mem_rd #(
+    .NumClients(NUM_RD), .TagW($bits(rd_tag_t)), .NumWindows(NUM_WINDOWS), .DataW(DataW), .IdW(IdW), .MaxBurst(MaxReads)
+  ) u_mem_rd (
     .clk_i, .rst_ni, .window_i(rd_window), .stop_i(stop), .idle_o(rd_idle),
     .err_valid_o(rd_err_valid), .err_o(rd_err),
     .req_valid_i(req_valid), .req_ready_o(req_ready), .req_addr_i(req_addr), .req_halves_i(req_halves),
-    .rsp_valid_o(rsp_valid), .rsp_block_o(rsp_block), .ev_line_o(ev_line),
+    .req_tag_i(req_tag), .rsp_valid_o(rsp_valid), .rsp_tag_o(rsp_tag), .rsp_block_o(rsp_block),
+    .ev_line_o(ev_line), .ev_tag_o(ev_tag),
     .m_axi_arid, .m_axi_araddr, .m_axi_arlen, .m_axi_arsize, .m_axi_arburst, .m_axi_arvalid, .m_axi_arready,
     .m_axi_rid, .m_axi_rdata, .m_axi_rresp, .m_axi_rlast, .m_axi_rvalid, .m_axi_rready
   );
@@ -261,8 +262,11 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
     .m_axi_wdata, .m_axi_wstrb, .m_axi_wlast, .m_axi_wvalid, .m_axi_wready,
     .m_axi_bid, .m_axi_bresp, .m_axi_bvalid, .m_axi_bready
   );
-  rc_counters u_counters (
-    .clk_i, .rst_ni, .clear_i(clear), .count_i(count), .rtu_ev_i(building ? rtu_ev_t'('0) : rtu_ev), .line_i(ev_line),
+  logic [NUM_RD_TAGS-1:0] rtu_line;
+  assign rtu_line = (ev_line[NUM_RD-1:RD_RTU] != '0) ? NUM_RD_TAGS'(1) << ev_tag : '0;
+  rc_counters #(.NumRtus(NumRtus)) u_counters (
+    .clk_i, .rst_ni, .clear_i(clear), .count_i(count), .rtu_ev_i(building ? '0 : rtu_ev),
+    .line_i(rtu_line), .line_loader_i(ev_line[RD_LOADER]),
     .rd_stall_i(m_axi_arvalid && !m_axi_arready), .row_i(ev_row && !building), .counters_o
   );
 

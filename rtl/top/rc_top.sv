@@ -7,15 +7,17 @@ module rc_top import rc_pkg::*; import rc_top_pkg::*; #(
   parameter bit          Tbu   = 1'b1,       // with the tree builder
   parameter int unsigned Cap   = 1280,       // references of a sorting pipeline of the tree builder
   parameter bit          Accel = Tbu,        // with the record unit
-  parameter int unsigned NtSets   = 128,  // caches, as in rc_rtu
+  parameter int unsigned NtSets   = 128,     // caches, as in rc_rtu
   parameter int unsigned ListSets = 64,
   parameter int unsigned L2Sets   = 256,
-  parameter int unsigned L2Ways   = 13
+  parameter int unsigned L2Ways   = 13,
+  parameter int unsigned NumRtus  = 1,       // ray-tracing units
+  parameter int unsigned MaxReads = NumRtus > 1 ? 32 : 16   // reads sent and not yet answered
 ) (
   input  logic               clk_i,
   input  logic               rst_ni,
   output logic               irq_o,
-  output trace_t             trace_o,
+  output trace_t [NumRtus-1:0] trace_o,
 
   input  logic               s_axil_awvalid,
   output logic               s_axil_awready,
@@ -87,7 +89,8 @@ module rc_top import rc_pkg::*; import rc_top_pkg::*; #(
   );
   rc_core #(
     .DataW(DataW), .IdW(IdW), .Tbu(Tbu), .Cap(Cap), .Accel(Accel),
-    .NtSets(NtSets), .ListSets(ListSets), .L2Sets(L2Sets), .L2Ways(L2Ways)
+    .NtSets(NtSets), .ListSets(ListSets), .L2Sets(L2Sets), .L2Ways(L2Ways),
+    .NumRtus(NumRtus), .MaxReads(MaxReads)
   ) u_core (
     .clk_i, .rst_ni, .render_i(render), .build_i(build), .accel_i(accel), .setup_i(setup), .status_o(status),
     .end_o(frame_end), .counters_o(counters), .tbu_root_o(tbu_root), .tbu_stat_o(tbu_stat),

@@ -54,15 +54,18 @@ package rc_top_pkg;
   parameter int unsigned NUM_WINDOWS    = 9;
   parameter int unsigned NUM_WR_WINDOWS = 5;
 
-  // Clients of the read port.
-  parameter int unsigned NUM_RD_CLIENTS = 7;
-  parameter int unsigned RD_TNI    = 0;    // L2 cache
-  parameter int unsigned RD_TRI    = 1;    // triangle cache
-  parameter int unsigned RD_LOADER = 2;
-  parameter int unsigned RD_UV     = 3;    // cache of texture coordinates
-  parameter int unsigned RD_TEX    = 4;    // texture cache
-  parameter int unsigned RD_TBU    = 5;    // tree builder
-  parameter int unsigned RD_ACCEL  = 6;    // record unit
+  // Clients of the read port: the loader, the builders, then the ray-tracing units.
+  parameter int unsigned RD_LOADER = 0;
+  parameter int unsigned RD_TBU    = 1;
+  parameter int unsigned RD_ACCEL  = 2;
+  parameter int unsigned RD_RTU    = 3;
+  // Whom an RTU's request is for: its tag.
+  parameter int unsigned NUM_RD_TAGS = 4;
+  typedef logic [$clog2(NUM_RD_TAGS)-1:0] rd_tag_t;
+  parameter rd_tag_t RD_TNI = 2'd0;        // L2 cache
+  parameter rd_tag_t RD_TRI = 2'd1;        // triangle cache
+  parameter rd_tag_t RD_UV  = 2'd2;        // cache of texture coordinates
+  parameter rd_tag_t RD_TEX = 2'd3;        // texture cache
 
   // Counters, in the order of their registers.
   typedef enum logic [4:0] {

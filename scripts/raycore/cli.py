@@ -246,6 +246,9 @@ def render(
         typer.Option(help="With --tree rtl. host: TriAccel records and triangle information are given; "
             "rtl: the record unit makes them from vertices, while the tree is built."),
     ] = RecordMaker.host,
+    rtus: Annotated[
+        int, typer.Option(metavar="N", help="Ray-tracing units that share the picture and the memory, 1 to 16.")
+    ] = 1,
 ):
     """Render SCENE to a PNG.
 
@@ -296,8 +299,14 @@ def render(
         raise OptionError("--tree rtl: only the engine rtl builds trees")
     if accel is RecordMaker.rtl and not in_hardware:
         raise OptionError("--accel rtl: only with --tree rtl")
+    if not 1 <= rtus <= sim.MAX_RTUS:
+        raise OptionError(f"--rtus {rtus}: there can be 1 to {sim.MAX_RTUS}")
+    if rtus > 1 and engine is not Engine.rtl:
+        raise OptionError("--rtus: only the engine rtl has RTUs")
     simulation = {"records": True} if accel is RecordMaker.rtl else {}
-    memory = sim.Memory(width=mem_width, latency=mem_latency, backpressure=backpressure, seed=seed)
+    memory = sim.Memory(
+        width=mem_width, latency=mem_latency, outstanding=sim.outstanding(rtus), backpressure=backpressure, seed=seed
+    )
     width, height = _size(size)
     view = View(
         width,
@@ -327,8 +336,8 @@ def render(
 
     if engine is Engine.rtl:
         with _status(console, "Building the simulator if the RTL has changed"):
-            sim.build(mem_width=mem_width, waves=waves is not None, tbu=in_hardware)
-        simulation |= {"waves": waves, "waves_from": waves_from, "waves_cycles": waves_cycles}
+            sim.build(mem_width=mem_width, waves=waves is not None, tbu=in_hardware, rtus=rtus)
+        simulation |= {"waves": waves, "waves_from": waves_from, "waves_cycles": waves_cycles, "rtus": rtus}
     hits = check or profile or aov is not None
     if in_hardware:
         rendered = dynamic.render_frame(geometry, view, memory, hits, keep_memory=check, **simulation)

@@ -26,14 +26,14 @@ def split(tiles, jobs):
     return [(a, b - a) for a, b in pairwise(ends)]
 
 
-def run_frame(image, memory, hits, jobs):
+def run_frame(image, memory, hits, jobs, rtus=1):
     """Simulate a picture in parts, each in a process of its own.
 
-    Args: image `image.Image`; memory `sim.Memory`; hits: keep the hit records; jobs: parts.
+    Args: image `image.Image`; memory `sim.Memory`; hits: keep the hit records; jobs: parts; rtus: units of each.
     Returns: `sim.SimResult`, statistics added up (`join_statistics`), hits part by part. Raises: as `sim.run_frame`.
     """
     ranges = split(tile_count(image.view), jobs)
-    sim.build(mem_width=memory.width)  # once, not by all of them
+    sim.build(mem_width=memory.width, rtus=rtus)  # once, not by all of them
     began = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="raycore-") as folder, ThreadPoolExecutor(len(ranges)) as pool:
         path = Path(folder) / "image.bin"
@@ -41,7 +41,7 @@ def run_frame(image, memory, hits, jobs):
 
         def run(part):
             registers = image.registers | tile_range(image, *part)
-            return sim.run_frame(path, registers, memory=memory, hits=hits, progress=False)
+            return sim.run_frame(path, registers, memory=memory, hits=hits, rtus=rtus, progress=False)
 
         results = list(pool.map(run, ranges))
     seconds = time.perf_counter() - began

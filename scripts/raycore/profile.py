@@ -44,6 +44,7 @@ class Profile:
     per_pixel: np.ndarray
     lost_per_pixel: np.ndarray
     steps_per_pixel: np.ndarray
+    rtus: int = 1
 
     @property
     def used(self):
@@ -58,7 +59,7 @@ class Profile:
     @property
     def occupancy(self):
         """Slots with a ray of all, None without cycles."""
-        return self.used / (PIPES * self.cycles) if self.cycles else None
+        return self.used / (self.rtus * PIPES * self.cycles) if self.cycles else None
 
     def check(self, reference=None):
         """Raise RayCoreError unless the slots of all pixels are those that the counters counted, and the steps of every pixel those
@@ -117,7 +118,7 @@ def profile(rendered):
         np.add.at(counts, (hits["y"], hits["x"]), hits[name])
     slots = {name: c[f"SLOTS_{name.upper()}"] for name in NAMES}
     steps = pixels["slots"] - pixels["lost"] + pixels["twos"]
-    return Profile(slots, hits.size, cycles, pixels["slots"], pixels["lost"], steps)
+    return Profile(slots, hits.size, cycles, pixels["slots"], pixels["lost"], steps, rendered.rtus)
 
 
 # ---- for people ------------------------------------------------------------------------------------------------------------
@@ -128,8 +129,9 @@ def table(found):
     whole = sum(found.slots.values())
     factors = f"{found.slots_per_ray:.2f} slots per ray"
     if found.cycles:
-        speed = PIPES * found.occupancy / found.slots_per_ray
-        factors = f"{PIPES} pipelines x {found.occupancy:.1%} occupancy / {factors} = {speed:.4f} rays per cycle"
+        pipes = found.rtus * PIPES
+        speed = pipes * found.occupancy / found.slots_per_ray
+        factors = f"{pipes} pipelines x {found.occupancy:.1%} occupancy / {factors} = {speed:.4f} rays per cycle"
     out = Table(title="Slots of the T&I pipelines", title_justify="left", caption=factors, caption_justify="left")
     for name in ("spent on", "slots", "share", "per ray"):
         out.add_column(name, justify="left" if name == "spent on" else "right")

@@ -36,6 +36,7 @@ class Rendered:
     result: sim.SimResult | None = None  # of the RTL
     frame: object | None = None  # model.frame.Frame of the reference
     seconds: float = 0.0
+    rtus: int = 1  # ray-tracing units
 
 
 def _primary(result, view):
@@ -52,7 +53,7 @@ def render(image, engine="rtl", memory=None, hits=False, jobs=1, **simulation):
 
     Args: image `image.Image`; engine: "rtl" (Verilator), "model" (bit-exact reference) or "double"; memory `sim.Memory`;
         hits: keep the hit records; jobs: parts to simulate side by side (`parts.run_frame`), by the RTL only; simulation: more
-        arguments of `sim.run_frame`, for one part only.
+        arguments of `sim.run_frame`, but for `rtus` for one part only.
     Returns: `Rendered`; without hits the RTL leaves tri and t empty.
     Raises: SimError, and what `sim.run_frame` raises.
     """
@@ -61,11 +62,12 @@ def render(image, engine="rtl", memory=None, hits=False, jobs=1, **simulation):
         if jobs > 1:
             from raycore import parts
 
-            result = parts.run_frame(image, memory, hits, jobs)
+            result = parts.run_frame(image, memory, hits, jobs, simulation.get("rtus", 1))
         else:
             result = sim.run_frame(image.memory, image.registers, memory=memory, hits=hits, **simulation)
         tri, t = _primary(result, image.view) if hits else (None, None)
-        return Rendered(engine, image, result.frame, tri, t, memory, result, None, time.perf_counter() - began)
+        seconds, rtus = time.perf_counter() - began, simulation.get("rtus", 1)
+        return Rendered(engine, image, result.frame, tri, t, memory, result, None, seconds, rtus)
     from raycore.model import frame as frames  # compiles for half a minute the first time
 
     frame = frames.render_fp24(image) if engine == "model" else frames.render_double(image)
@@ -75,7 +77,7 @@ def render(image, engine="rtl", memory=None, hits=False, jobs=1, **simulation):
 # ---- statistics ----------------------------------------------------------------------------------------------------------
 
 
-def rtl_parameters():
+def rtl_parameters(rtus=1):
     """Cache geometry and pipelines, read from the RTL's own defaults."""
 
     def default(file, name):
@@ -84,7 +86,7 @@ def rtl_parameters():
     l1, l2 = default("mem/rc_l1.sv", "Ways"), default("tni/rc_tni.sv", "L2Ways")
     sets = {name: default("tni/rc_tni.sv", name) for name in ("NtSets", "ListSets", "L2Sets")}
     return {
-        "rtus": 1,
+        "rtus": rtus,
         "pipelines": default("tni/rc_tni.sv", "NumPipes"),
         "l1_node": {"sets": sets["NtSets"], "ways": l1, "line_bytes": LINE_BYTES, "each": "pipeline"},
         "l1_list": {"sets": sets["ListSets"], "ways": l1, "line_bytes": LINE_BYTES, "each": "pipeline"},
@@ -126,7 +128,8 @@ def config(rendered, **more):
         "seed": memory.seed,
         "tree": asdict(geometry.tree.params),
         "edge_slack": rendered.image.slack,
-        "caches": rtl_parameters(),
+        "rtus": rendered.rtus,
+        "caches": rtl_parameters(rendered.rtus),
         "versions": {"raycore": __version__, "python": platform.python_version(), "numpy": np.__version__},
         **more,
     }
@@ -191,10 +194,10 @@ def stats(rendered, **more):
             out["records"] = record_statistics(c["ACCEL_CYCLES"], sum(made[n] for n in RECORD_BYTES), out["tbu"])
             before = max(before, out["records"]["cycles"])
         out["render_cycles"] = cycles = cycles - before
-    out["rays_per_cycle_per_rtu"] = _share(traced, cycles) if cycles else None
+    out["rays_per_cycle_per_rtu"] = _share(traced, rendered.rtus * cycles) if cycles else None
     out["slots_per_ray"] = _share(used, traced) if slots else None
     out["slots"] = slots | ({"bubble": c["SLOTS_BUBBLE"]} if c else {})
-    out["occupancy"] = _share(used, PIPES * cycles) if cycles else None
+    out["occupancy"] = _share(used, rendered.rtus * PIPES * cycles) if cycles else None
     if c:
         pairs = {
             "l1_node": (c["NT_HITS"], c["SLOTS_MISS_NT"]),

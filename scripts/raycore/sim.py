@@ -4,6 +4,7 @@ register values, and reads back frame buffer, hit records and counters (docs/sim
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import re
@@ -22,6 +23,7 @@ from raycore.tbutil import build_verilated
 from raycore.toolchain import BUILD, REPO
 
 MEM_WIDTHS = (64, 128, 256)
+MAX_RTUS = 16  # as rc_rtus.sv
 
 # One finished ray, as sim/rc_sim.cpp writes it; t, beta and gamma are FP24 bit patterns. kind: see RAY_KINDS. slots: what it
 # took in the T&I unit, lost: of these to misses, twos: with two traversal steps.
@@ -67,6 +69,11 @@ class Memory:
             raise OptionError(f"seed must not be negative, is {self.seed}")
 
 
+def outstanding(rtus: int) -> int:
+    """Bursts that a memory for so many RTUs accepts: as many as the read port sends (MaxReads of rc_core)."""
+    return 16 if rtus == 1 else 32
+
+
 @dataclass
 class SimResult:
     """What a frame left behind."""
@@ -88,20 +95,67 @@ def rtl_sources(file_list: Path = REPO / "rtl/rc.f") -> list[Path]:
 
 
 def build(*, mem_width: int = 64, waves: bool = False, tbu: bool = False, cap: int = 1280,
-          caches: Mapping[str, int] | None = None, sources: Sequence[Path] | None = None) -> Path:
+          caches: Mapping[str, int] | None = None, rtus: int = 1, sources: Sequence[Path] | None = None) -> Path:
     """The harness's executable, made if a source has changed (about a minute, seconds from ccache).
 
     Args: mem_width, bits of the memory bus; waves: with FST tracing, which runs several times slower;
         tbu: with record unit and tree builder, whose sorting pipelines hold `cap` references; caches: parameters of the caches
-            by name, others keep their defaults: NtSets, ListSets, L2Sets, L2Ways; sources: RTL to use instead of rtl/rc.f.
-    Raises: ToolchainError if the build fails.
+            by name, others keep their defaults: NtSets, ListSets, L2Sets, L2Ways; rtus: ray-tracing units; sources: RTL to use
+            instead of rtl/rc.f.
+    Raises: ToolchainError if the build fails, OptionError if there cannot be so many RTUs.
     """
+    if not 1 <= rtus <= MAX_RTUS:
+        raise OptionError(f"there can be 1 to {MAX_RTUS} RTUs, not {rtus}")
     sim = REPO / "sim"
-    files = [*sorted((REPO / "lint").glob("*.vlt")), sim / "watch.vlt", *(sources or rtl_sources()), sim / "rc_sim_top.sv"]
+    rules, rtl = [*sorted((REPO / "lint").glob("*.vlt")), sim / "watch.vlt"], list(sources or rtl_sources())
+    args = ["--x-assign", "fast", "--x-initial", "fast"]
+    if rtus > 1:  # seen from outside, any output of a library may depend on any input: loops, where there are none
+        rules, rtl = [*rules, sim / "rtus.vlt"], _as_library(rtl, caches or {})
+        args += ["--hierarchical", "-Wno-UNOPTFLAT"]
+    files = [*rules, *rtl, sim / "rc_sim_top.sv"]
     parameters = {"DataW": mem_width} | ({"Tbu": 1, "Cap": cap} if tbu else {}) | dict(caches or {})
+    parameters |= {"NumRtus": rtus} if rtus > 1 else {}
     return build_verilated(
         "rc_sim_top", files, [sim / "rc_sim.cpp", sim / "axi_memory.cpp", sim / "options.cpp"], includes=[sim],
-        parameters=parameters, build_args=["--x-assign", "fast", "--x-initial", "fast"], trace=waves)
+        parameters=parameters, build_args=args, trace=waves)
+
+
+def _as_library(rtl: Sequence[Path], caches: Mapping[str, int]) -> list[Path]:
+    """RTL in which an RTU has no parameters, so that Verilator makes it once, as a library (sim/rtus.vlt).
+
+    Without, it would make and compile as many RTUs as there are, which takes minutes each. A library with parameters is no
+    way out: Verilator 5.048 compiles it and then does not use it (its issue 7009).
+    """
+    out = []
+    for path in rtl:
+        text = path.read_text()
+        if path.name == "rc_rtus.sv":
+            text, n = re.subn(r"rc_rtu #\([^;]*?\)\) u_rtu \(", "rc_rtu u_rtu (", text)
+        elif path.name == "rc_rtu.sv":
+            text, n = re.subn(r"import ([\w:*, ]+); #\(\n(.*?)\n\) \(\n(.*?)\n\);\n", _parameters_inside, text, count=1, flags=re.S)
+            n = n or "#(" not in text.split(");")[0]  # none to begin with
+            for name, value in caches.items():
+                text = re.sub(rf"(localparam int unsigned {name}\s*=) \d+", rf"\1 {value}", text)
+        else:
+            out.append(path)
+            continue
+        if not n:
+            raise SimError(f"{path.name}: cannot make a module without parameters of it; _as_library of sim.py knows how it looked")
+        name = hashlib.sha256(text.encode()).hexdigest()[:10]
+        made = BUILD / "rtu" / name / path.name
+        made.parent.mkdir(parents=True, exist_ok=True)
+        if not made.exists():
+            part = made.with_suffix(f".{os.getpid()}")
+            part.write_text(text)
+            part.replace(made)
+        out.append(made)
+    return out
+
+
+def _parameters_inside(match: re.Match) -> str:
+    constants = match[2].replace("parameter ", "localparam ").replace(",", ";")
+    constants = re.sub(r"^([^/\n]*\d)(\s*//|\s*$)", r"\1;\2", constants, flags=re.M)
+    return f"import {match[1]}; (\n{match[3]}\n);\n{constants}\n"
 
 
 def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memory: Memory = Memory(), hits: bool = False,
@@ -109,7 +163,7 @@ def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memo
               faults: Iterable[tuple[str, int]] = (), max_cycles: int | None = None, watchdog: int | None = None,
               progress: bool | None = None, sources: Sequence[Path] | None = None, control: int = RENDER,
               tbu: bool | None = None, cap: int = 1280, caches: Mapping[str, int] | None = None,
-              keep_memory: bool = False) -> SimResult:
+              rtus: int = 1, keep_memory: bool = False) -> SimResult:
     """Run one frame.
 
     Args:
@@ -118,7 +172,8 @@ def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memo
         faults: errors of the memory, such as ("slverr-at", 3): see docs/simulation.md.
         max_cycles, watchdog: give up after so many cycles, or so many in which nothing happens.
         progress: show a progress line (default: if stderr is a terminal); sources: as in build.
-        control: sum of RENDER, BUILD_TREE, RECORDS; tbu, cap, caches: as in build (default: with the builders if one is to work).
+        control: sum of RENDER, BUILD_TREE, RECORDS; tbu, cap, caches, rtus: as in build (default: with the builders if one is
+            to work).
         keep_memory: return the memory as the frame left it.
     Raises: FrameError if the frame ends with STATUS.error; OptionError for registers that do not exist or paths that
         cannot be written; SimError if the RTL hangs, breaks a rule of AXI or leaves its regions, or an assertion fails;
@@ -130,7 +185,7 @@ def run_frame(image: Path | bytes | np.ndarray, regs: Mapping[str, int], *, memo
         if not 0 <= int(value) < 1 << 32:
             raise OptionError(f"register {name}: {value} does not fit in 32 bits")
     tbu = bool(control & (BUILD_TREE | RECORDS)) if tbu is None else tbu
-    exe = build(mem_width=memory.width, waves=waves is not None, tbu=tbu, cap=cap, caches=caches, sources=sources)
+    exe = build(mem_width=memory.width, waves=waves is not None, tbu=tbu, cap=cap, caches=caches, rtus=rtus, sources=sources)
     show = sys.stderr.isatty() if progress is None else progress
     with tempfile.TemporaryDirectory(prefix="raycore-") as folder:
         work = Path(folder)

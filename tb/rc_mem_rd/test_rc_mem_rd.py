@@ -101,33 +101,46 @@ class Bench:
         self.got = [[] for _ in range(self.num)]
         self.held = [False] * self.num
         self.errors, self.events = [], 0
+        self.asked, self.tag = [0] * self.num, None  # requests taken; tag of the one that went to memory in the last cycle
         self.check = True
+
+    @staticmethod
+    def tag_of(client, n):
+        """Tag of a client's n-th request."""
+        return (5 * client + 3 * n + n // 8) % 8
 
     async def cycle(self, stop=False):
         dut = self.dut
         dut.stop_i.value = stop
-        valid = addr = halves = 0
+        valid = addr = halves = tags = 0
         for i, todo in enumerate(self.todo):
             self.held[i] = bool(todo) and (self.held[i] or random.random() < self.p_request)
             if self.held[i]:
                 valid |= 1 << i
                 addr |= todo[0][0] << 26 * i
                 halves |= todo[0][1] << 2 * i
+                tags |= self.tag_of(i, self.asked[i]) << 3 * i
         dut.req_valid_i.value, dut.req_addr_i.value, dut.req_halves_i.value = valid, addr, halves
+        dut.req_tag_i.value = tags
         self.axi.drive()
         await FallingEdge(dut.clk_i)
         self.axi.sample()
         assert not (dut.idle_o.value and any(self.open)), "idle with requests outstanding"
         ready = int(dut.req_ready_o.value) & valid
         assert not (stop and ready), "took a request after stop"
+        if dut.ev_line_o.value:
+            assert int(dut.ev_tag_o.value) == self.tag, "event of another tag"
         for i in range(self.num):
             if ready >> i & 1:
                 self.open[i].append(self.todo[i].popleft())
                 self.held[i] = False
+                self.tag = self.tag_of(i, self.asked[i])
+                self.asked[i] += 1
         if answer := int(dut.rsp_valid_o.value):
             client = answer.bit_length() - 1
             assert answer == 1 << client, "an answer for two"
             want, line = self.open[client].popleft(), int(dut.rsp_block_o.value)
+            assert int(dut.rsp_tag_o.value) == self.tag_of(client, len(self.got[client])), "answer with another tag"
             self.got[client].append(want)
             if self.check:
                 assert line == (block_of(*want) if want[0] in INSIDE else 0), f"client {client}: wrong data for {want}"
@@ -149,8 +162,8 @@ class Bench:
 async def start(dut):
     Clock(dut.clk_i, 10, unit="ns").start()
     dut.rst_ni.value = 0
-    for name in ("req_valid_i", "req_addr_i", "req_halves_i", "stop_i", "m_axi_arready", "m_axi_rvalid", "m_axi_rid", "m_axi_rdata",
-                 "m_axi_rresp", "m_axi_rlast"):
+    for name in ("req_valid_i", "req_addr_i", "req_halves_i", "req_tag_i", "stop_i", "m_axi_arready", "m_axi_rvalid", "m_axi_rid",
+                 "m_axi_rdata", "m_axi_rresp", "m_axi_rlast"):
         getattr(dut, name).value = 0
     windows = 0
     for i, (lo, hi) in enumerate(WINDOWS[:int(dut.NumWindows.value)]):
@@ -190,7 +203,7 @@ async def full_rate(dut, halves):
     for _ in range(1000):
         await bench.cycle()
     done = [len(g) for g in bench.got]
-    assert sum(done) * beats >= min(0.95 * 1000, 0.9 * 1000 * 16 * beats / (20 + beats + 2)), done
+    assert sum(done) * beats >= min(0.95 * 1000, 0.9 * 1000 * int(dut.MaxBurst.value) * beats / (20 + beats + 2)), done
     assert max(done) - min(done) <= 2, f"unfair: {done}"
     for todo in bench.todo:
         todo.clear()
@@ -259,6 +272,7 @@ async def stop(dut):
         assert len(bench.axi.lines) == sent and not dut.m_axi_arvalid.value
 
 
-@pytest.mark.parametrize("width", [64, 128, 256])
-def test_rc_mem_rd(width):
-    run_cocotb("rc_mem_rd", SOURCES, "test_rc_mem_rd", parameters={"DataW": width}, public=["m_axi_*"])
+@pytest.mark.parametrize("width, clients, bursts", [(64, 4, 16), (128, 4, 16), (256, 4, 16), (64, 10, 32)])
+def test_rc_mem_rd(width, clients, bursts):
+    run_cocotb("rc_mem_rd", SOURCES, "test_rc_mem_rd", public=["m_axi_*"],
+               parameters={"DataW": width, "NumClients": clients, "MaxBurst": bursts, "TagW": 3})

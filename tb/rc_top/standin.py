@@ -16,11 +16,11 @@ def sources(tbu: bool = False) -> list[Path]:
     if tbu:
         return [HERE / p.name if p.name == "rc_rtu.sv" else p for p in rtl_sources()]
     return [*rtl("mem/rc_mem_pkg.sv", "tbu/rc_tbu_pkg.sv", "accel/rc_accel_pkg.sv", "top/rc_top_pkg.sv", "top/regs/rc_regs_pkg.sv",
-                 "prim/rc_ram_1r1w.sv", "prim/rc_fifo.sv", "prim/rc_rr_arb.sv", "rgen/rc_dispatch.sv",
+                 "prim/rc_ram_1r1w.sv", "prim/rc_skid.sv", "prim/rc_fifo.sv", "prim/rc_rr_arb.sv", "rgen/rc_dispatch.sv",
                  "mem/rc_mem_rd.sv", "mem/rc_mem_wr.sv",
                  "top/regs/rc_regs.sv", "top/rc_csr.sv", "top/rc_counters.sv", "top/rc_loader.sv",
                  "top/rc_setup_check.sv", "top/rc_frame_ctrl.sv"),
-            HERE / "rc_rtu.sv", *rtl("top/rc_core.sv", "top/rc_top.sv", package=False)]
+            HERE / "rc_rtu.sv", *rtl("top/rc_rtu_port.sv", "top/rc_rtus.sv", "top/rc_core.sv", "top/rc_top.sv", package=False)]
 
 
 @dataclass

@@ -19,15 +19,17 @@ def run(made, **options):
     return run_frame(bytes(made.image), made.regs, sources=RTL, progress=False, **options)
 
 
-@pytest.mark.parametrize("latency, pauses", [(60, 0.0), (1, 0.0), (400, 0.0), (7, 0.5), (60, 0.9)])
-def test_frame(seed, latency, pauses):
-    """Every pixel, every hit record and the counters, whatever the memory does."""
+@pytest.mark.parametrize("latency, pauses, rtus", [
+    (60, 0.0, 1), (1, 0.0, 1), (400, 0.0, 1), (7, 0.5, 1), (60, 0.9, 1), (60, 0.0, 3), (1, 0.0, 3), (400, 0.3, 3), (7, 0.9, 3)])
+def test_frame(seed, latency, pauses, rtus):
+    """Every pixel, every hit record and the counters, whatever the memory does and however many units share it."""
     made = scene(seed)
-    result = run(made, hits=True, memory=Memory(latency=latency, backpressure=pauses, seed=seed))
+    result = run(made, hits=True, memory=Memory(latency=latency, backpressure=pauses, seed=seed), rtus=rtus)
     np.testing.assert_array_equal(result.frame, made.expected())
     blocks = 6 * 4
     assert len(result.hits) == blocks * 64
-    assert {(h["x"], h["y"]) for h in result.hits} == {(x, y) for x in range(48) for y in range(32)}
+    pixels = [(h["x"], h["y"]) for h in result.hits]
+    assert len(set(pixels)) == len(pixels) and set(pixels) == {(x, y) for x in range(48) for y in range(32)}
     assert all(h["tri"] == (h["y"] % 8 * 8 + h["x"] % 8) and h["hit"] == 1 and h["t"] == 0x3F0000 for h in result.hits)
     count, size = result.stats["counters"], result.stats["bytes"]
     assert count["RAYS_PRIMARY"] == result.stats["rays"]["primary"][0] == blocks * 64
@@ -130,12 +132,13 @@ def test_region_may_end_with_memory(seed, register, value):
     run(made)
 
 
-def test_error_of_the_unit(seed):
-    """The unit's error ends the frame; what the ports had begun is finished."""
+@pytest.mark.parametrize("rtus", [1, 3])
+def test_error_of_the_unit(seed, rtus):
+    """A unit's error ends the frame; what the ports had begun is finished."""
     made = scene(seed)
     made.command(3, 1, 0x123456)
     with pytest.raises(FrameError, match="node index 1193046 outside") as info:
-        run(made, memory=Memory(backpressure=0.3, seed=seed))
+        run(made, memory=Memory(backpressure=0.3, seed=seed), rtus=rtus)
     assert (info.value.code, info.value.addr) == (ERR_NODE, 0x123456)
 
 
@@ -148,22 +151,22 @@ def test_address_outside(seed):
     assert (info.value.code, info.value.addr) == (ERR_WINDOW, 0xFFFFFFE0)
 
 
-@pytest.mark.parametrize("kind, code", [("slverr", ERR_SLVERR), ("decerr", ERR_DECERR)])
-def test_memory_error(seed, kind, code):
+@pytest.mark.parametrize("kind, code, rtus", [("slverr", ERR_SLVERR, 1), ("decerr", ERR_DECERR, 1), ("decerr", ERR_DECERR, 3)])
+def test_memory_error(seed, kind, code, rtus):
     """An error in any burst, of loader, unit or rows, ends the frame."""
     pick = random.Random(seed)
     made = scene(seed)
     memory = Memory(latency=pick.randint(1, 100), backpressure=pick.choice([0.0, 0.4]), seed=seed)
     for burst in [1, 8, 9, *pick.sample(range(10, 57), 2)]:
         with pytest.raises(FrameError) as info:
-            run(made, memory=memory, faults=[(f"{kind}-at", burst)])
+            run(made, memory=memory, faults=[(f"{kind}-at", burst)], rtus=rtus)
         assert info.value.code == code, burst
     with pytest.raises(FrameError) as info:
-        run(made, memory=memory, faults=[(f"{kind}-addr", 0x4040)])
+        run(made, memory=memory, faults=[(f"{kind}-addr", 0x4040)], rtus=rtus)
     assert (info.value.code, info.value.addr) == (code, 0x4040)
     for burst in [1, 6 * 27]:                                    # the last one answers when all else is done
         with pytest.raises(FrameError) as info:
-            run(made, memory=memory, faults=[(f"{kind}-write-at", burst)])
+            run(made, memory=memory, faults=[(f"{kind}-write-at", burst)], rtus=rtus)
         assert info.value.code == code, burst
         assert info.value.addr >= made.regs["FB_BASE"]
 
@@ -175,15 +178,18 @@ def test_ports_stop(seed):
     assert 1 <= info.value.stats["axi"]["write_bursts"] <= 4
 
 
-def test_watchdog(seed):
-    """A unit that hangs is reported with what waits for what."""
+@pytest.mark.parametrize("rtus", [1, 3])
+def test_watchdog(seed, rtus):
+    """A unit that hangs is reported with what waits for what; with several, when all do."""
     made = scene(seed)
-    made.command(5, 3)
+    for line in range(8) if rtus > 1 else (5,):
+        made.command(line, 3)
     with pytest.raises(SimError, match=r"nothing happened for 500 cycles.*details in (\S+)\)") as info:
-        run(made, watchdog=500)
+        run(made, watchdog=500, rtus=rtus)
     log = Path(str(info.value).rsplit("details in ", 1)[1].rstrip(")")).read_text()
-    assert "u_core.blk: WAITS, valid 1 but ready 0" in log
+    assert f"u_core.blk: WAITS, valid {(1 << rtus) - 1} but ready 0" in log
     assert "u_core.u_ctrl.state_q = 4" in log                    # TRACE
+    assert all(f"gen_rtu[{r}]" in log or f"gen_rtu__BRA__{r}__KET__" in log for r in range(rtus))
     with pytest.raises(SimError, match=r"not done after 300 cycles"):
         run(made, max_cycles=300)
 

@@ -59,7 +59,7 @@ class Bench:
         box = self.refs.box
         self.word = pack(CFG, vertex_base=VERTEX, tri_count=len(vertices), node_base=0, node_count=0, list_base=LIST,
                          list_count=1 << 20, ref_base=REF, ref_count=ref_count, refine_max=refine_max,
-                         box=pack_box(box[0], box[1]))  # fmt: skip
+                         box=pack_box(box[0], box[1]), node_first=0, list_first=0, tri_first=0)  # fmt: skip
         self.held = {}
 
     def ready(self, name, p=None):

@@ -4,6 +4,7 @@
 import os
 import random
 from collections import deque
+from dataclasses import replace
 
 import cocotb
 import numpy as np
@@ -89,19 +90,24 @@ class Bench:
         self.done, self.busy = bool(self.dut.done_o.value), bool(self.dut.busy_o.value)
         await RisingEdge(self.dut.clk_i)
 
-    async def build(self, vertices, refine_max=0, nodes=64, lists=64, limit=200_000):
-        """One build. Returns its code."""
+    async def build(self, vertices, refine_max=0, nodes=64, lists=64, limit=200_000, alone=False):
+        """One build, alone in its regions or behind other trees. Returns its code."""
         n, cap = len(vertices), int(self.dut.Cap.value)
         opaque = np.random.default_rng(SEED).random(n) < 0.7
         self.axi.memory = memory = Memory(SEED)
         for i, record in enumerate(vertex_records(vertices, opaque)):
             memory.put(VERTEX * 64 + 32 * i, record, 32)
-        self.refs = references(vertices, opaque)
-        self.nodes, self.lists, box = 128 * nodes, 256 * lists, self.refs.box
+        some = 0 if alone else 1
+        firsts = {"node_first": some * 128 * random.choice((0, 1, 5)), "list_first": some * 256 * random.choice((0, 1, 5)),
+                  "tri_first": some * random.choice((0, 1, 100_003))}  # fmt: skip
+        refs = references(vertices, opaque)
+        self.refs = replace(refs, tri=refs.tri + firsts["tri_first"])
+        self.nodes, self.lists = 128 * nodes + firsts["node_first"], 256 * lists + firsts["list_first"]
+        box = self.refs.box
         self.dut.cfg_i.value = pack(
             CFG, vertex_base=VERTEX, tri_count=n, node_base=NODE, node_count=self.nodes, list_base=LIST,
             list_count=self.lists, ref_base=REF, ref_count=16 * cap + 8 * n + 64, refine_max=refine_max,
-            box=pack_box(box[0], box[1]))  # fmt: skip
+            box=pack_box(box[0], box[1]), **firsts)  # fmt: skip
         begin = self.axi.now
         await self.cycle(start=True)
         await self.cycle()
@@ -170,7 +176,7 @@ async def errors(dut):
         assert await bench.build(v, **sizes) == code
     for line, write in ((VERTEX + 3, False), (REF + 4 * cap, True), (REF, False), (NODE + 64 * 16 - 4, True), (LIST, True)):
         bench.axi.bad = lambda byte, w, line=line, write=write: byte // 64 == line and w == write
-        assert await bench.build(v) == E_BUS, f"line {line:#x}"
+        assert await bench.build(v, alone=True) == E_BUS, f"line {line:#x}"
         bench.axi.bad = lambda byte, write: False
     assert await bench.build(v) == OK
     assert bench.difference(0) is None

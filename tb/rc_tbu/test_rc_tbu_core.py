@@ -226,7 +226,7 @@ class Bench:
         self.dut.cfg_i.value = pack(
             CFG, vertex_base=VERTEX, tri_count=len(vertices) if tri_count is None else tri_count, node_base=NODE,
             node_count=self.node_count, list_base=LIST, list_count=self.list_count, ref_base=REF, ref_count=self.ref_count,
-            refine_max=refine_max, box=pack_box(box[0], box[1]))  # fmt: skip
+            refine_max=refine_max, box=pack_box(box[0], box[1]), node_first=0, list_first=0, tri_first=0)  # fmt: skip
         await self.cycle(start=True)
         await self.cycle()
         assert self.busy

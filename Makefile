@@ -59,13 +59,14 @@ cluster: $(DASK_STAMP)  ## install Dask, for `raycore sweep --scheduler`
 setup: $(DEV_STAMP)  ## install everything that any target needs into .venv
 
 .PHONY: requirements
+# Lines of options are dropped: they say where this machine gets its packages from.
 requirements:  ## pin requirements/*.in again, with hashes
 	@$(PYTHON) -m venv build/pip-tools && build/pip-tools/bin/pip install --quiet pip-tools==7.6.2
 	@for set in render dev mitsuba cluster; do \
 	  echo "Pinning requirements/$$set.in"; \
-	  build/pip-tools/bin/pip-compile --quiet --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url \
-	    --no-emit-trusted-host --no-emit-find-links --no-emit-options --no-header \
+	  build/pip-tools/bin/pip-compile --quiet --generate-hashes --strip-extras --allow-unsafe --no-header \
 	    -o requirements/$$set.txt requirements/$$set.in; \
+	  sed -i '/^--/d' requirements/$$set.txt; \
 	done
 
 ##@ Pictures

@@ -89,6 +89,28 @@ async def trace(dut, rays, p_valid=1.0, p_ready=1.0, limit=400_000):
     return [hits[i] for i in range(len(rays))], cycle
 
 
+async def compare(dut, bench, count, latency, p_ready):
+    """Random rays through a bench: hits and slots against the model. Returns: events, the model's slots, cycles."""
+    rays = bench.random_rays(count)
+    want, slots = bench.expect(rays)
+    await start(dut, bench)
+    tasks = [cocotb.start_soon(memory(dut, bench.half, latency, p_ready)), cocotb.start_soon(count_events(dut, got := {}))]
+    hits, cycles = await trace(dut, rays, p_valid=random.choice([0.3, 1.0]), p_ready=p_ready)
+    await ClockCycles(dut.clk_i, 5)
+    for task in tasks:
+        task.cancel()
+    wrong = [i for i in range(count) if hits[i] != want[i]]
+    assert not wrong, f"{len(wrong)} of {count} rays differ, first {wrong[0]}: {rays[wrong[0]]}\n" \
+                      f"got  {hits[wrong[0]]:028x}\nwant {want[wrong[0]]:028x}"  # fmt: skip
+    total = dict(zip(("box", "trav1", "trav2", "isect"), slots.sum(0).tolist(), strict=True))
+    # A second step needs its half of the line in the cache, which depends on timing: steps count, not slots.
+    assert (got["box"], got["isect"]) == (total["box"], total["isect"]), (got, total)
+    assert got["trav1"] + 2 * got["trav2"] == total["trav1"] + 2 * total["trav2"], (got, total)
+    assert 0 < got["trav2"] <= total["trav2"]
+    assert got["ray_in"] == got["ray_out"] == count
+    return got, total, cycles
+
+
 @cocotb.test()
 async def random_rays(dut):
     """Rays of every kind through soups of triangles and rows of boxes: hits and slots equal the model's.
@@ -102,23 +124,7 @@ async def random_rays(dut):
                                    (soup(60, 0.6, seed), lambda: 1, 0.9), (blocks(4), lambda: 20, 1.0)]:  # fmt: skip
         triangles = len(mesh)
         bench = Bench(mesh, kdtree.Params(max_leaf=random.choice([1, 2, 4])))
-        rays = bench.random_rays(count)
-        want, slots = bench.expect(rays)
-        await start(dut, bench)
-        tasks = [cocotb.start_soon(memory(dut, bench.half, latency, p_ready)), cocotb.start_soon(count_events(dut, got := {}))]
-        hits, cycles = await trace(dut, rays, p_valid=random.choice([0.3, 1.0]), p_ready=p_ready)
-        await ClockCycles(dut.clk_i, 5)
-        for task in tasks:
-            task.cancel()
-        wrong = [i for i in range(count) if hits[i] != want[i]]
-        assert not wrong, f"{len(wrong)} of {count} rays differ, first {wrong[0]}: {rays[wrong[0]]}\n" \
-                          f"got  {hits[wrong[0]]:028x}\nwant {want[wrong[0]]:028x}"  # fmt: skip
-        total = dict(zip(("box", "trav1", "trav2", "isect"), slots.sum(0).tolist(), strict=True))
-        # A second step needs its half of the line in the cache, which depends on timing: steps count, not slots.
-        assert (got["box"], got["isect"]) == (total["box"], total["isect"]), (got, total)
-        assert got["trav1"] + 2 * got["trav2"] == total["trav1"] + 2 * total["trav2"], (got, total)
-        assert 0 < got["trav2"] <= total["trav2"]
-        assert got["ray_in"] == got["ray_out"] == count
+        got, total, cycles = await compare(dut, bench, count, latency, p_ready)
         cocotb.log.info("%d triangles: %d cycles, %.1f slots a ray, %d lost to misses", triangles, cycles,
                         sum(total.values()) / count, got["miss_nt"] + got["miss_list"])  # fmt: skip
 
@@ -137,22 +143,9 @@ async def objects(dut):
         Objects(soup(100, 0.2, seed), [soup(60, 0.3, seed), soup(30, 0.3, seed + 1)], cut=True),
     ]
     for bench in worlds:
-        rays = bench.random_rays(count)
-        want, slots = bench.expect(rays)
-        await start(dut, bench)
         latency, p_ready = random.choice([(lambda: 60, 1.0), (lambda: random.randint(1, 400), 0.5), (lambda: 1, 0.9)])
-        tasks = [cocotb.start_soon(memory(dut, bench.half, latency, p_ready)), cocotb.start_soon(count_events(dut, got := {}))]
-        hits, _ = await trace(dut, rays, p_valid=random.choice([0.3, 1.0]), p_ready=p_ready)
-        await ClockCycles(dut.clk_i, 5)
-        for task in tasks:
-            task.cancel()
-        wrong = [i for i in range(count) if hits[i] != want[i]]
-        assert not wrong, f"{len(wrong)} of {count} rays differ, first {wrong[0]}: {rays[wrong[0]]}\n" \
-                          f"got  {hits[wrong[0]]:028x}\nwant {want[wrong[0]]:028x}"  # fmt: skip
-        total = dict(zip(("box", "trav1", "trav2", "isect"), slots.sum(0).tolist(), strict=True))
+        _, total, _ = await compare(dut, bench, count, latency, p_ready)
         cocotb.log.info("%d objects: slots a ray %s", len(bench.instances) - 1, {k: v / count for k, v in total.items()})
-        assert got["isect"] == total["isect"] and got["box"] == total["box"], (got, total)
-        assert got["trav1"] + 2 * got["trav2"] == total["trav1"] + 2 * total["trav2"], (got, total)
 
 
 @cocotb.test()

@@ -192,6 +192,21 @@ def _to_leaf(tree, node, tmin, tmax, org, dir, inv_dir, best, stack_node, stack_
 
 
 @njit(cache=True, error_model="numpy")
+def _of_leaf(tree, leaf):
+    """A leaf's index, and whether it is that of its only triangle or object: else its list begins there."""
+    return (tree.meta[leaf] >> 5) & 0xFFFFFF, tree.low[leaf] & 0xFFFFF == 1
+
+
+@njit(cache=True, error_model="numpy")
+def _listed(tree, index, direct):
+    """The triangle or object at a leaf's index, and whether it is its last."""
+    if direct:
+        return index, True
+    entry = tree.list[index]
+    return entry & 0xFFFFFF, (entry >> 24) & 1 == 1
+
+
+@njit(cache=True, error_model="numpy")
 def _walk(tree, root, tmin, tmax, ray, best_f, best_i, stack_node, stack_t, base, slots):
     """The nearest triangle of a tree, if nearer than the best so far: (AT_BASE or EARLY, whether it ends the ray).
 
@@ -207,13 +222,9 @@ def _walk(tree, root, tmin, tmax, ray, best_f, best_i, stack_node, stack_t, base
         if leaf < 0:
             return leaf, False
         # ---- intersection slots, one triangle each
-        index = (tree.meta[leaf] >> 5) & 0xFFFFFF
-        direct = tree.low[leaf] & 0xFFFFF == 1
+        index, direct = _of_leaf(tree, leaf)
         while True:
-            tri, last = index, True
-            if not direct:
-                entry = tree.list[index]
-                tri, last = entry & 0xFFFFFF, (entry >> 24) & 1 == 1
+            tri, last = _listed(tree, index, direct)
             slots[ISECT] += 1
             inside, slack, t, beta, gamma = intersect(tree.accel[tri], tree.k[tri], tree.eps[tri], tree.one_eps[tri], org, dir)
             best, best_slack = best_f[T], best_i[SLACK] != 0
@@ -254,13 +265,9 @@ def _walk_objects(tree, ray, best_f, best_i, stack_node, stack_t, slots):
         )
         if leaf < 0:
             return False
-        index = (tree.meta[leaf] >> 5) & 0xFFFFFF
-        direct = tree.low[leaf] & 0xFFFFF == 1
+        index, direct = _of_leaf(tree, leaf)
         while True:
-            thing, last = index, True
-            if not direct:
-                entry = tree.list[index]
-                thing, last = entry & 0xFFFFFF, (entry >> 24) & 1 == 1
+            thing, last = _listed(tree, index, direct)
             slots[BOX] += 1
             hit, tmin, tmax = box_test(tree.inst_box[thing], org, dir, inv_dir, best_f[T])
             if hit:

@@ -60,7 +60,9 @@ def test_hits_agree_with_moeller_trumbore():
     t = -(rec.n[:, 0] * ou + rec.n[:, 1] * ov + ow) / den
     hu, hv = ou + t * d[rows, u], ov + t * d[rows, v]
     beta, gamma = hu * rec.b[:, 0] + hv * rec.b[:, 1], hu * rec.g[:, 0] + hv * rec.g[:, 1]
+    cosine = np.abs((d * n).sum(axis=1)) / np.linalg.norm(d, axis=1)
     fat = triaccel.decode_eps(rec.eps_code) < 2.0**-10  # well-shaped enough for rounded constants
+    fat &= cosine > 0.1  # a grazing ray enlarges their error by the inverse
     assert fat.mean() > 0.5
     assert np.abs(t - 1.0)[fat].max() < 1e-3
     assert np.abs(beta - w[:, 1])[fat].max() < 2e-2 and np.abs(gamma - w[:, 2])[fat].max() < 2e-2

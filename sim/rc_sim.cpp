@@ -113,7 +113,12 @@ class Output {
 class Simulation {
  public:
   Simulation(const Options& options, VerilatedContext& context);
-  ~Simulation() { top_->final(); }
+  ~Simulation() {
+#if VM_COVERAGE
+    context_.coveragep()->write();   // the counts lie in the model; those of hierarchical blocks go with final()
+#endif
+    top_->final();
+  }
   void run();                    // throws Failure
   void write_results();
 
@@ -478,8 +483,5 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "rc_sim: not enough memory\n");
     code = BAD_USAGE;
   }
-#if VM_COVERAGE
-  context.coveragep()->write();
-#endif
   return code;
 }

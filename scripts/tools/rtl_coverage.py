@@ -18,24 +18,25 @@ import argparse
 import re
 import sys
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 REPO = Path(__file__).resolve().parents[2]
 REASONS = REPO / "lint" / "coverage.txt"
 
 
-def read_points(path: Path) -> list[tuple[dict[str, str], int]]:
-    """Points of one file: (keys, count). Raises: ValueError on a file that is none."""
-    lines = path.read_text(encoding="latin-1").splitlines()
-    if not lines or not lines[0].startswith("# SystemC::Coverage"):
-        raise ValueError(f"{path}: not a coverage file")
-    points = []
-    for line in lines[1:]:
-        match = re.fullmatch(r"C '(.*)' (\d+)", line)
-        if match:
-            keys = dict(item.split("\x02", 1) for item in match.group(1).split("\x01") if "\x02" in item)
-            points.append((keys, int(match.group(2))))
-    return points
+def read_points(paths: list[Path]) -> list[tuple[dict[str, str], int]]:
+    """Points of all files together: (keys, count). Raises: ValueError on a file that is none."""
+    counts: dict[str, int] = defaultdict(int)  # keys of a build come again in every run: take them apart once
+    for path in paths:
+        with path.open(encoding="latin-1") as file:
+            if not file.readline().startswith("# SystemC::Coverage"):
+                raise ValueError(f"{path}: not a coverage file")
+            for line in file:
+                key, _, count = line.rpartition("' ")
+                if key.startswith("C '"):
+                    counts[key[3:]] += int(count)
+    return [(dict(item.split("\x02", 1) for item in key.split("\x01") if "\x02" in item), n) for key, n in counts.items()]
 
 
 def expand(ranges: str) -> list[int]:
@@ -49,6 +50,7 @@ def expand(ranges: str) -> list[int]:
     return out
 
 
+@cache
 def relative(name: str) -> str | None:
     """Path below the repository of a file in rtl/, else None."""
     path = Path(name)
@@ -153,8 +155,7 @@ def main(argv: list[str]) -> int:
         print(f"error: no coverage files in {args.dir}: run `make coverage`", file=sys.stderr)
         return 1
     cover = Coverage()
-    for path in files:
-        cover.add(read_points(path))
+    cover.add(read_points(files))
     if not cover.names():
         print(f"error: no file of rtl/ in the {len(files)} files of {args.dir}", file=sys.stderr)
         return 1

@@ -6,9 +6,9 @@ module rc_sim_top import rc_pkg::*; #(
   parameter bit          Tbu   = 1'b0,     // with the tree builder
   parameter int unsigned Cap   = 1280,     // references of a sorting pipeline
   parameter int unsigned NtSets   = 128,     // caches, as in rc_rtu
-  parameter int unsigned ListSets = 64,
+  parameter int unsigned ListSets = 32,
   parameter int unsigned L2Sets   = 256,
-  parameter int unsigned L2Ways   = 13,
+  parameter int unsigned L2Ways   = 14,
   parameter int unsigned NumRtus = 1       // ray-tracing units
 ) (
   input  logic               clk_i,

@@ -80,11 +80,11 @@ def test_defaults_are_those_of_the_rtl():
 
 
 def test_points_and_budget():
-    lists = {"nt_sets": [64, 128], "l2_ways": [8, 13, 16], "mem_latency": [20, 400]}
+    lists = {"nt_sets": [64, 128], "l2_ways": [8, 14, 17], "mem_latency": [20, 400]}
     assert len(sweep.points(lists)) == 12
     kept = sweep.points(lists, 507.1)
     assert kept and all(p.sram_kb <= 507.1 for p in kept)
-    assert {(p.nt_sets, p.l2_ways) for p in kept} == {(64, 8), (64, 13), (128, 8), (128, 13)}
+    assert {(p.nt_sets, p.l2_ways) for p in kept} == {(64, 8), (64, 14), (128, 8), (128, 14)}
     with pytest.raises(OptionError, match="smallest takes"):
         sweep.points(lists, 100.0)
 

@@ -13,7 +13,7 @@
 module rc_l2 import rc_pkg::*; #(
   parameter int unsigned NumClients = 8,    // four node/TriAccel and four list caches
   parameter int unsigned Sets       = 256,  // power of two
-  parameter int unsigned Ways       = 13,   // 2 or more
+  parameter int unsigned Ways       = 14,   // 2 or more
   parameter int unsigned NumMshr    = 16    // halves on their way from memory
 ) (
   input  logic                        clk_i,
@@ -168,7 +168,7 @@ module rc_l2 import rc_pkg::*; #(
   // A hit in the same cycle as a half from memory goes unnoted: one write port is enough.
   rc_l2_victim #(.Sets(Sets), .Ways(Ways)) u_victim (
     .clk_i, .rst_ni,
-    .use_valid_i(s1_hit || fill_fire), .use_set_i(fill_fire ? fill_set : s1_set),
+    .use_valid_i(s1_hit || fill_fire), .use_new_i(fill_fire && !fill_there), .use_set_i(fill_fire ? fill_set : s1_set),
     .use_way_i(fill_fire ? fill_way : s1_way),
     .set_i(fill_set), .valid_i(fill_used), .way_o(victim_way)
   );

@@ -8,9 +8,9 @@
 module rc_tni import rc_pkg::*; #(
   parameter int unsigned NumPipes = 4,
   parameter int unsigned NtSets   = 128,   // of each L1, 2 ways x 64 bytes
-  parameter int unsigned ListSets = 64,
+  parameter int unsigned ListSets = 32,
   parameter int unsigned L2Sets   = 256,   // of 64 bytes
-  parameter int unsigned L2Ways   = 13,
+  parameter int unsigned L2Ways   = 14,
   parameter int unsigned L1Lock   = 64     // cycles
 ) (
   input  logic       clk_i,

@@ -13,7 +13,7 @@
 // A bad index is reported (err_*) and not looked up; the ray then idles until the unit is reset.
 module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   parameter int unsigned NtSets   = 128,   // L1 node/TriAccel cache, 2 ways x 64 bytes
-  parameter int unsigned ListSets = 64,    // L1 list cache
+  parameter int unsigned ListSets = 32,    // L1 list cache
   parameter int unsigned L1Lock   = 64     // cycles a filled line stays if not used
 ) (
   input  logic       clk_i,

@@ -7,9 +7,9 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   parameter int unsigned Cap   = 1280,       // references of a sorting pipeline of the tree builder
   parameter bit          Accel = Tbu,        // with the record unit
   parameter int unsigned NtSets   = 128,     // caches, as in rc_rtu
-  parameter int unsigned ListSets = 64,
+  parameter int unsigned ListSets = 32,
   parameter int unsigned L2Sets   = 256,
-  parameter int unsigned L2Ways   = 13,
+  parameter int unsigned L2Ways   = 14,
   parameter int unsigned NumRtus  = 1,       // ray-tracing units
   parameter int unsigned MaxReads = NumRtus > 1 ? 32 : 16   // reads sent and not yet answered
 ) (

@@ -3,9 +3,9 @@
 // buffer. Wiring only; docs/seams.md says what passes where. Settings are constant while a frame runs.
 module rc_rtu import rc_pkg::*, rc_rgen_pkg::*; #(
   parameter int unsigned NtSets   = 128,   // L1 node/TriAccel caches, 2 ways x 64 bytes: see docs/memory.md
-  parameter int unsigned ListSets = 64,    // L1 list caches
+  parameter int unsigned ListSets = 32,    // L1 list caches
   parameter int unsigned L2Sets   = 256,   // L2 cache, of 64 bytes
-  parameter int unsigned L2Ways   = 13,
+  parameter int unsigned L2Ways   = 14,
   parameter int unsigned InfoSets = 256    // triangle-information cache, 2 ways x 64 bytes
 ) (
   input  logic             clk_i,

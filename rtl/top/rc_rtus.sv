@@ -4,9 +4,9 @@
 module rc_rtus import rc_pkg::*; import rc_top_pkg::*; #(
   parameter int unsigned NumRtus  = 1,
   parameter int unsigned NtSets   = 128,  // caches, as in rc_rtu
-  parameter int unsigned ListSets = 64,
+  parameter int unsigned ListSets = 32,
   parameter int unsigned L2Sets   = 256,
-  parameter int unsigned L2Ways   = 13
+  parameter int unsigned L2Ways   = 14
 ) (
   input  logic                     clk_i,
   input  logic                     rst_ni,

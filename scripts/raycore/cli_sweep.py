@@ -58,9 +58,9 @@ def sweep(
         Path, typer.Option("-o", "--output", metavar="FOLDER", help="For tables and plots; made if it is not there.")
     ],
     nt_sets: Annotated[str, typer.Option(metavar="N,N,…", help="Sets of each L1 node and triangle cache, two ways.")] = "128",
-    list_sets: Annotated[str, typer.Option(metavar="N,N,…", help="Sets of each L1 list cache, two ways.")] = "64",
+    list_sets: Annotated[str, typer.Option(metavar="N,N,…", help="Sets of each L1 list cache, two ways.")] = "32",
     l2_sets: Annotated[str, typer.Option(metavar="N,N,…", help="Sets of the L2 cache.")] = "256",
-    l2_ways: Annotated[str, typer.Option(metavar="N,N,…", help="Ways of the L2 cache.")] = "13",
+    l2_ways: Annotated[str, typer.Option(metavar="N,N,…", help="Ways of the L2 cache.")] = "14",
     mem_width: Annotated[str, typer.Option(metavar="N,N,…", help="Memory bus: of 64, 128, 256 bits.")] = "64",
     mem_latency: Annotated[str, typer.Option(metavar="N,N,…", help="Cycles from address to data.")] = "60",
     budget: Annotated[

@@ -149,33 +149,23 @@ async def random_traffic(dut, p_ready, p_mem, latency):
 
 @cocotb.test(timeout_time=20, timeout_unit="ms")
 async def serial(dut):
-    """One request at a time: exactly the hits and misses of a tree pseudo-LRU, written down another way, and a line comes
+    """One request at a time: exactly the hits and misses of the replacement rule, written down another way, and a line comes
     whole if both halves are there."""
     num, sets, ways, _ = await start(dut)
-    leaves = 1 << (ways - 1).bit_length()
     lines = [2 * (t * sets + s) + h for t in range(ways + ways // 2) for s in (0, sets - 1) for h in range(2)]
     halves = {}                                 # line -> halves that are there
     contents = {s: [None] * ways for s in range(sets)}
-    last_use = {s: {} for s in range(sets)}     # (first way, ways) of a subtree -> when used last
-
-    def use(s, way, when):
-        size = 1
-        while size < leaves:
-            last_use[s][way // size * size, size] = when
-            size *= 2
+    ages = {s: [0] * ways for s in range(sets)}
 
     def victim(s):
         if None in contents[s]:
             return contents[s].index(None)
-        first, size = 0, leaves
-        while size > 1:
-            size //= 2
-            low, high = (last_use[s].get((f, size), -1) for f in (first, first + size))
-            first += size if high < low and first + size < ways else 0
-        return first
+        while 3 not in ages[s]:                 # as the paper on re-reference intervals has it: one step at a time
+            ages[s] = [age + 1 for age in ages[s]]
+        return ages[s].index(3)
 
     bench = Bench(dut, [Client([]) for _ in range(num)], lambda: 2)
-    for n in range(600):
+    for n in range(1200):
         addr = random.choice(lines)
         line, half = addr >> 1, 1 << (addr & 1)
         s = line % sets
@@ -184,7 +174,7 @@ async def serial(dut):
         contents[s][way] = line
         hit = there and bool(halves[line] & half)
         halves[line] = half | (halves[line] if there else 0)
-        use(s, way, n)
+        ages[s][way] = 0 if there else 1
         bench.clients[n % num] = Client([addr])
         before = bench.hits, bench.misses, bench.whole
         await bench.run()

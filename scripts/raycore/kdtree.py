@@ -45,7 +45,7 @@ class Params:
     cost_traverse: float = 1.0
     cost_intersect: float = 1.5
     empty_bonus: float = 0.9
-    max_leaf: int = 2  # no split below this many triangles
+    max_leaf: int = 1  # no split at or below this many triangles
     max_depth: int = MAX_DEPTH
     clip: bool = True  # split clipping; without it boxes are cut, as a hardware builder does
     flat_cells: bool = True

@@ -22,7 +22,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   output status_t            status_o,
   output logic               end_o,          // one cycle, with the final status
   output counters_t          counters_o,
-  output idx_t               tbu_root_o,     // of the tree builder, until the next frame
+  output idx_t               tbu_root_o,     // of the tree builder, until the next build; all ones: no tree
   output tbu_stat_t          tbu_stat_o,
   output logic [31:0]        accel_cycles_o, // of the record unit
   output trace_t [NumRtus-1:0] trace_o,      // for simulations
@@ -118,6 +118,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   if (Tbu) begin : gen_tbu
     tbu_cfg_t cfg;
     tbu_err_e err;
+    idx_t     built_root;
     logic     rd_valid, unused_busy;
     assign cfg = '{
       vertex_base: setup_i.vertex_base,
@@ -129,13 +130,17 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
     };
     rc_tbu #(.Cap(Cap)) u_tbu (
       .clk_i, .rst_ni(rst_ni && build_rst_n), .start_i(build_start), .cfg_i(cfg),
-      .busy_o(unused_busy), .done_o(build_done), .err_o(err), .root_o(tbu_root_o), .stat_o(tbu_stat_o),
+      .busy_o(unused_busy), .done_o(build_done), .err_o(err), .root_o(built_root), .stat_o(tbu_stat_o),
       .rd_valid_o(rd_valid), .rd_ready_i(req_ready[RD_TBU]), .rd_addr_o(req_addr[RD_TBU]),
       .rd_rsp_valid_i(rsp_valid[RD_TBU]), .rd_rsp_block_i(rsp_block),
       .wr_valid_o(mk_valid[0]), .wr_ready_i(mk_ready[0]), .wr_addr_o(mk_addr[0]), .wr_data_o(mk_data[0]),
       .wr_strb_o(mk_strb[0]), .wr_ack_i(mk_ack[0]), .wr_idle_i(tbu_wr_idle),
       .mem_err_i(rd_err_valid || wr_err_valid)
     );
+    always_ff @(posedge clk_i) begin           // frames without a build reset the builder and leave its root
+      if (!rst_ni || build_start) tbu_root_o <= '1;
+      else if (build_done)        tbu_root_o <= built_root;
+    end
     assign req_valid[RD_TBU] = building && rd_valid;
     // What the ports report is reported once.
     assign tbu_err_valid     = build_done && err != TBU_OK && err != TBU_BUS;

@@ -31,6 +31,7 @@ VERTEX, REF, LIST, NODE = 0x1000, 0x20000, 0x80000, 0xC0000   # lines
 SORTERS = 4
 SEED = int(os.environ.get("RAYCORE_SEED", "1"), 0)
 OK, E_NODE, E_LIST, E_REF, E_COUNT, E_COORD, E_BUS = range(7)
+NO_ROOT = (1 << 24) - 1
 INPUTS = {"job_ready": 1, "ref_ready": 1, "don_valid": 1, "don_job": 149, "don_ref_valid": 1, "don_ref": 128, "ent_ready": 1,
           "donated_valid": 1, "donated": 52, "sub_valid": 1, "sub": 33, "ext_req": 2, "ext_num": 4, "row_valid": 1, "row": 290,
           "sort_idle": 1, "ev_forced": 0}  # fmt: skip
@@ -237,7 +238,9 @@ class Bench:
         self.took = self.now - begin
         await self.cycle()
         assert not self.busy
-        return int(self.dut.err_o.value)
+        code = int(self.dut.err_o.value)
+        assert (int(self.dut.root_o.value) == NO_ROOT) == (code != OK), "a root without a tree, or none"
+        return code
 
     def check(self, cap, refine_max):
         """The tree in memory against the model; jobs are leaves, or inner nodes by one donation."""
@@ -330,6 +333,7 @@ async def trees(dut, p, p_donate):
 async def regions_too_small(dut):
     """Nodes, lists, working memory: the code, nothing outside; one step larger, down to the least that does."""
     await reset(dut)
+    assert int(dut.root_o.value) == NO_ROOT
     rng, cap = np.random.default_rng(SEED), int(dut.Cap.value)
     bench = Bench(dut, 0.7, lambda: random.choice([5, 40]))
     v = SHAPES["soup"](rng, 5 * cap)

@@ -21,6 +21,7 @@ from raycore.toolchain import REPO
 RENDER, BUILD = 1, 2
 ERR_SLVERR, ERR_WINDOW, ERR_CONFIG = 6, 8, 10
 ERR_NODE, ERR_LIST, ERR_REF, ERR_COUNT, ERR_COORD = 11, 12, 13, 14, 15
+NO_ROOT = (1 << 24) - 1
 VERTICES, NODES, LISTS, REFS = 0x18000, 0x20000, 0x30000, 0x38000
 CAP, REFINE = 32, 100
 
@@ -110,6 +111,7 @@ async def sequences(dut):
     rng = np.random.default_rng(int(os.environ["RAYCORE_SEED"]))
     bench = Bench(dut, int(os.environ["RAYCORE_SEED"]))
     await bench.begin()
+    assert await bench.read("TBU_ROOT") == NO_ROOT
     for count, pauses in ((1, 0.0), (3 * CAP, 0.0), (20, 0.4), (5 * CAP, 0.3)):
         bench.pauses = pauses
         thing = Object(rng, count)
@@ -168,6 +170,7 @@ async def errors(dut):
         control = random.choice([BUILD, BUILD | RENDER]) if code != ERR_COUNT else BUILD | RENDER
         assert await bench.frame(control) == (code, blamed), changes
         assert await bench.read("FB_ROWS") == 0
+        assert code == ERR_CONFIG or await bench.read("TBU_ROOT") == NO_ROOT, changes
         assert bench.ram.read(NODES + 8 * changes.get("NODE_COUNT", 1 << 12), 64) == outside
         for name, value in old.items():
             bench.made.regs[name] = value

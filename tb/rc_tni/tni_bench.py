@@ -53,7 +53,8 @@ class Bench:
         )  # fmt: skip
 
     def random_rays(self, count):
-        """Rays inside and outside the box, axis-parallel, in split planes, towards and beside vertices; shadow rays too."""
+        """Rays inside and outside the box, axis-parallel, in split planes, towards and beside vertices, from just above an edge; shadow rays
+        too."""
         lo, hi = self.box
         planes = self.arrays.split[(self.arrays.meta & 3) != 3]
         rays = []
@@ -61,7 +62,7 @@ class Bench:
             org = np.array([random.uniform(lo[i] - 0.3, hi[i] + 0.3) for i in range(3)])
             aim = self.triangles[random.randrange(len(self.triangles))]
             weights = np.array([random.random() for _ in range(3)])
-            kind = random.randrange(9)
+            kind = random.randrange(10)
             target = aim[random.randrange(3)] if kind == 0 else (weights[:, None] * aim).sum(0) / weights.sum()
             direction = target - org
             if kind == 1:  # parallel to one or two axes
@@ -74,6 +75,10 @@ class Bench:
             if kind == 8:  # at a vertex's height, and staying there
                 axis = random.choice([0, 0, 1, 2])
                 org[axis], direction[axis] = aim[0, axis], 0.0
+            if kind == 9:  # so near an edge that its slack decides, and whether a hit that used it is far enough away
+                target = aim[0] + random.random() * (aim[1] - aim[0])
+                org = target - direction / np.linalg.norm(direction) * 2.0 ** random.uniform(-14, -8)
+                direction = target - org
             if kind == 3:
                 direction = np.array([random.uniform(-1, 1) for _ in range(3)])
             length = np.linalg.norm(direction)

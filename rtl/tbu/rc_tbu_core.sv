@@ -14,7 +14,7 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
   output logic       busy_o,
   output logic       done_o,                         // for one cycle; what follows stays
   output tbu_err_e   err_o,
-  output idx_t       root_o,                         // all ones before the first tree and after an error: outside every region
+  output idx_t       root_o,                         // all ones: no tree, or an error
   output tbu_stat_t  stat_o,
   output logic       rd_valid_o,                     // a client of rc_mem_rd
   input  logic       rd_ready_i,

@@ -53,8 +53,10 @@ class Bench:
         )  # fmt: skip
 
     def random_rays(self, count):
-        """Rays inside and outside the box, axis-parallel, in split planes, towards and beside vertices, from just above an edge; shadow rays
-        too."""
+        """Rays inside and outside the box, axis-parallel, in split planes, towards and beside vertices, from just above an edge.
+
+        Shadow rays too.
+        """
         lo, hi = self.box
         planes = self.arrays.split[(self.arrays.meta & 3) != 3]
         rays = []

@@ -42,6 +42,7 @@ package rc_pkg;
   typedef logic [IDX_W-1:0]    idx_t;
   typedef logic [MAT_W-1:0]    mat_t;
   parameter idx_t TRI_NONE = '1;           // no triangle
+  parameter idx_t NODE_NONE = '1;          // no node
 
   // ---- memory -----------------------------------------------------------------------------------
   parameter int unsigned ADDR_W = 32;      // bytes

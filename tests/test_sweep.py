@@ -2,6 +2,7 @@
 """`raycore sweep`: which configurations there are and what they take, that results are checked and kept, what is written."""
 
 import csv
+import inspect
 import json
 import re
 
@@ -10,7 +11,7 @@ import pytest
 import synth
 from PIL import Image as Picture
 
-from raycore import cli, sim, sweep
+from raycore import cli, cli_sweep, sim, sweep
 from raycore.check import RAY_COUNTERS, SLOT_COUNTERS, expected_hits
 from raycore.errors import OptionError, RayCoreError
 from raycore.image import View, build_image
@@ -69,8 +70,10 @@ def test_sram_is_that_of_the_elaborated_unit():
 
 
 def test_defaults_are_those_of_the_rtl():
-    """The parameters pass through four modules, and each has defaults of its own."""
-    files = ("rtl/tni/rc_tni.sv", "rtl/top/rc_rtu.sv", "rtl/top/rc_core.sv", "rtl/top/rc_top.sv", "sim/rc_sim_top.sv")
+    """The parameters pass through five modules, and each has defaults of its own; so has the command."""
+    options = inspect.signature(cli_sweep.sweep).parameters
+    assert {field: options[field].default for field in sweep.DEFAULTS} == {f: str(n) for f, n in sweep.DEFAULTS.items()}
+    files = ("rtl/tni/rc_tni.sv", "sim/rc_sim_top.sv", *(f"rtl/top/rc_{top}.sv" for top in ("rtu", "rtus", "core", "top")))
     for file in files:
         text = (REPO / file).read_text()
         for field, name in sweep.NAMES.items():

@@ -20,7 +20,7 @@ module rc_l2_victim #(
   output logic [WayW-1:0] way_o         // ... shall go, in the same cycle
 );
   typedef logic [1:0] age_t;
-  localparam age_t Oldest = 2'd3, New = 2'd1, Hit = 2'd0;
+  localparam age_t OLDEST = 2'd3, NEW = 2'd1, HIT = 2'd0;
   age_t [Ways-1:0] age_q [Sets];
   age_t [Ways-1:0] age, used;
   age_t            max_age;
@@ -36,8 +36,8 @@ module rc_l2_victim #(
   end
   always_comb begin
     used = age_q[use_set_i];
-    if (use_new_i && empty == '0) for (int w = 0; w < Ways; w++) used[w] = used[w] + (Oldest - max_age);
-    used[use_way_i] = use_new_i ? New : Hit;
+    if (use_new_i && empty == '0) for (int w = 0; w < Ways; w++) used[w] = used[w] + (OLDEST - max_age);
+    used[use_way_i] = use_new_i ? NEW : HIT;
   end
   always_ff @(posedge clk_i) begin
     if (!rst_ni)          age_q <= '{default: '0};

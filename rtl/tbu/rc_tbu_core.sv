@@ -14,7 +14,7 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
   output logic       busy_o,
   output logic       done_o,                         // for one cycle; what follows stays
   output tbu_err_e   err_o,
-  output idx_t       root_o,                         // all ones: no tree, or an error
+  output idx_t       root_o,                         // NODE_NONE: no tree, or an error
   output tbu_stat_t  stat_o,
   output logic       rd_valid_o,                     // a client of rc_mem_rd
   input  logic       rd_ready_i,
@@ -70,7 +70,6 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
   tbu_err_e err;
   logic     clear_n, begin_build, bin_busy, reads_idle, rows_gone, tree_done, finished, quiet;
   logic     ref_full, node_full, list_full, bin_bad, load_bad, bus_bad_q;
-  localparam idx_t NO_ROOT = '1;
   idx_t     root;
   assign clear_n     = rst_ni && state_q != CLEAR;
   assign sort_rst_no = clear_n;
@@ -113,7 +112,7 @@ module rc_tbu_core import rc_pkg::*; import rc_tbu_pkg::*; import rc_tbp_bin_pkg
         default: state_q <= IDLE;
       endcase
     end
-    if (!rst_ni || state_q == CLEAR)                      root_o <= NO_ROOT;
+    if (!rst_ni || state_q == CLEAR)                      root_o <= NODE_NONE;
     else if (state_q == RUN && finished && err == TBU_OK) root_o <= root;
   end
 

@@ -22,7 +22,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   output status_t            status_o,
   output logic               end_o,          // one cycle, with the final status
   output counters_t          counters_o,
-  output idx_t               tbu_root_o,     // of the tree builder, until the next build; all ones: no tree
+  output idx_t               tbu_root_o,     // of the tree builder, until the next build; NODE_NONE: no tree
   output tbu_stat_t          tbu_stat_o,
   output logic [31:0]        accel_cycles_o, // of the record unit
   output trace_t [NumRtus-1:0] trace_o,      // for simulations
@@ -138,7 +138,7 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
       .mem_err_i(rd_err_valid || wr_err_valid)
     );
     always_ff @(posedge clk_i) begin           // frames without a build reset the builder and leave its root
-      if (!rst_ni || build_start) tbu_root_o <= '1;
+      if (!rst_ni || build_start) tbu_root_o <= NODE_NONE;
       else if (build_done)        tbu_root_o <= built_root;
     end
     assign req_valid[RD_TBU] = building && rd_valid;

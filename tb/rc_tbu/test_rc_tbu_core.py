@@ -18,7 +18,7 @@ from cocotb.triggers import FallingEdge, RisingEdge
 from tbu_tb import CFG, DEST, DONATED, JOB, SHAPES, SUBTREE, WR, Memory, pack, references, unpack, vertex_records
 
 from raycore.model import tbu
-from raycore.model.tbu_memory import pack_box, unpack_refs, walk_memory
+from raycore.model.tbu_memory import NODE_NONE, pack_box, unpack_refs, walk_memory
 from raycore.tbutil import rtl, run_cocotb
 
 SOURCES = rtl("prim/rc_skid.sv", "prim/rc_ram_1r1w.sv", "prim/rc_fifo.sv", "prim/rc_rr_arb.sv", "prim/rc_idx_pool.sv",
@@ -31,7 +31,6 @@ VERTEX, REF, LIST, NODE = 0x1000, 0x20000, 0x80000, 0xC0000   # lines
 SORTERS = 4
 SEED = int(os.environ.get("RAYCORE_SEED", "1"), 0)
 OK, E_NODE, E_LIST, E_REF, E_COUNT, E_COORD, E_BUS = range(7)
-NO_ROOT = (1 << 24) - 1
 INPUTS = {"job_ready": 1, "ref_ready": 1, "don_valid": 1, "don_job": 149, "don_ref_valid": 1, "don_ref": 128, "ent_ready": 1,
           "donated_valid": 1, "donated": 52, "sub_valid": 1, "sub": 33, "ext_req": 2, "ext_num": 4, "row_valid": 1, "row": 290,
           "sort_idle": 1, "ev_forced": 0}  # fmt: skip
@@ -239,7 +238,7 @@ class Bench:
         await self.cycle()
         assert not self.busy
         code = int(self.dut.err_o.value)
-        assert (int(self.dut.root_o.value) == NO_ROOT) == (code != OK), "a root without a tree, or none"
+        assert (int(self.dut.root_o.value) == NODE_NONE) == (code != OK), "a root without a tree, or none"
         return code
 
     def check(self, cap, refine_max):
@@ -333,7 +332,7 @@ async def trees(dut, p, p_donate):
 async def regions_too_small(dut):
     """Nodes, lists, working memory: the code, nothing outside; one step larger, down to the least that does."""
     await reset(dut)
-    assert int(dut.root_o.value) == NO_ROOT
+    assert int(dut.root_o.value) == NODE_NONE
     rng, cap = np.random.default_rng(SEED), int(dut.Cap.value)
     bench = Bench(dut, 0.7, lambda: random.choice([5, 40]))
     v = SHAPES["soup"](rng, 5 * cap)

@@ -14,14 +14,13 @@ from standin import scene, sources
 
 from raycore import tbu
 from raycore.model import tbu as model
-from raycore.model.tbu_memory import compare, walk_memory
+from raycore.model.tbu_memory import NODE_NONE, compare, walk_memory
 from raycore.tbutil import run_cocotb
 from raycore.toolchain import REPO
 
 RENDER, BUILD = 1, 2
 ERR_SLVERR, ERR_WINDOW, ERR_CONFIG = 6, 8, 10
 ERR_NODE, ERR_LIST, ERR_REF, ERR_COUNT, ERR_COORD = 11, 12, 13, 14, 15
-NO_ROOT = (1 << 24) - 1
 VERTICES, NODES, LISTS, REFS = 0x18000, 0x20000, 0x30000, 0x38000
 CAP, REFINE = 32, 100
 
@@ -111,7 +110,7 @@ async def sequences(dut):
     rng = np.random.default_rng(int(os.environ["RAYCORE_SEED"]))
     bench = Bench(dut, int(os.environ["RAYCORE_SEED"]))
     await bench.begin()
-    assert await bench.read("TBU_ROOT") == NO_ROOT
+    assert await bench.read("TBU_ROOT") == NODE_NONE
     for count, pauses in ((1, 0.0), (3 * CAP, 0.0), (20, 0.4), (5 * CAP, 0.3)):
         bench.pauses = pauses
         thing = Object(rng, count)
@@ -170,7 +169,7 @@ async def errors(dut):
         control = random.choice([BUILD, BUILD | RENDER]) if code != ERR_COUNT else BUILD | RENDER
         assert await bench.frame(control) == (code, blamed), changes
         assert await bench.read("FB_ROWS") == 0
-        assert code == ERR_CONFIG or await bench.read("TBU_ROOT") == NO_ROOT, changes
+        assert code == ERR_CONFIG or await bench.read("TBU_ROOT") == NODE_NONE, changes
         assert bench.ram.read(NODES + 8 * changes.get("NODE_COUNT", 1 << 12), 64) == outside
         for name, value in old.items():
             bench.made.regs[name] = value

@@ -11,6 +11,7 @@ from numba import njit
 
 from raycore.model.tbu import JOB, LEAF, ONE, Refs, Tree, fixed_from_fp24, fp24_from_fixed
 
+NODE_NONE = (1 << 24) - 1  # where a node's index stands: there is none (rc_pkg.sv)
 JUMP_SPLIT = 0xFEFFFF  # most negative FP24 number: every ray goes on to the upper child (rc_tbu_pkg.sv)
 JUMP = JUMP_SPLIT | 1 << 27  # axis x, adjacent child is the lower one, which is empty; the target goes into `other`
 _OTHER = 29  # lowest bit of the index

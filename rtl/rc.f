@@ -38,6 +38,7 @@ rgen/rc_setup.sv
 tni/rc_tni_pkg.sv
 tni/rc_tni.sv
 tni/rc_tni_back.sv
+tni/rc_tni_box.sv
 tni/rc_tni_front.sv
 tni/rc_tni_next.sv
 tni/rc_tni_pipe.sv
@@ -55,11 +56,13 @@ shade/rc_carry.sv
 shade/rc_gather.sv
 shade/rc_hitpoint.sv
 shade/rc_hold.sv
+shade/rc_info.sv
 shade/rc_keep.sv
 shade/rc_light.sv
 shade/rc_light_end.sv
 shade/rc_paths.sv
 shade/rc_phong.sv
+shade/rc_place.sv
 shade/rc_sec_stack.sv
 shade/rc_secondary.sv
 shade/rc_shade.sv

@@ -43,6 +43,14 @@ package rc_pkg;
   typedef logic [MAT_W-1:0]    mat_t;
   parameter idx_t TRI_NONE = '1;           // no triangle
   parameter idx_t NODE_NONE = '1;          // no node
+  parameter int unsigned INST_W = 9;       // instances: the top-level tree and the objects
+  typedef logic [INST_W-1:0]   inst_id_t;
+  parameter inst_id_t NOT_PLACED = '0;     // of a triangle in the scene's coordinates
+  typedef struct packed {                  // a triangle, and the placed object that it is in
+    inst_id_t inst;
+    idx_t     tri_idx;
+  } surf_t;
+  parameter surf_t SURF_NONE = '{inst: NOT_PLACED, tri_idx: TRI_NONE};
 
   // ---- memory -----------------------------------------------------------------------------------
   parameter int unsigned ADDR_W = 32;      // bytes
@@ -90,13 +98,35 @@ package rc_pkg;
     logic opaque; logic [1:0] k; logic [4:0] eps_e; logic [3:0] eps_m; fp_t n_v; fp_t n_u;  // word 0
   } triaccel_t;                            // k = 3 never hits
 
-  // Instance, 32 bytes = four words of 60 bits: a tree and its box. Record 0 is the top-level tree, whose lists name the others.
+  // Instance, 256 bytes: a tree and its box; the way into the object's coordinates and out of them, if it is placed. Record 0
+  // is the top-level tree, whose lists name the others.
+  //   bytes 0-31 inst_t   32-127 three rows inst_row_t   128-191 place_t
+  parameter int unsigned INST_LINES = 4;
+  parameter int unsigned PLACE_LINE = 2;   // place_t
   typedef struct packed {
     logic [35:0] zero3;                  fp_t hi_z;                                 // word 3
     logic [11:0] zero2;  fp_t hi_y;      fp_t hi_x;                                 // word 2
     logic [11:0] zero1;  fp_t lo_z;      fp_t lo_y;                                 // word 1
-    logic [11:0] zero0;  fp_t lo_x;      idx_t root;                                // word 0
+    logic [10:0] zero0;  logic placed;   fp_t lo_x;      idx_t root;                // word 0
   } inst_t;
+  // A row of the rotation into an object's coordinates, on the units of the intersection mode: r . d, r . (o - c). The numbers lie
+  // where a TriAccel record has n_u, n_v, b_u and a.
+  typedef struct packed {
+    logic [35:0] zero3;                  idx_t root;                                // word 3
+    logic [11:0] zero2;  fp_t r_z;       fp_t c_z;                                  // word 2
+    logic [11:0] zero1;  fp_t c_y;       fp_t c_x;                                  // word 1
+    logic [11:0] zero0;  fp_t r_y;       fp_t r_x;                                  // word 0
+  } inst_row_t;
+  // The rotation out of them, and where their origin lies.
+  typedef struct packed {
+    logic [119:0] zero6;                                                            // words 6-7
+    logic [11:0] zero5;  fp_t o_z;       fp_t m_zz;                                 // word 5
+    logic [11:0] zero4;  fp_t m_zy;      fp_t m_zx;                                 // word 4
+    logic [11:0] zero3;  fp_t o_y;       fp_t m_yz;                                 // word 3
+    logic [11:0] zero2;  fp_t m_yy;      fp_t m_yx;                                 // word 2
+    logic [11:0] zero1;  fp_t o_x;       fp_t m_xz;                                 // word 1
+    logic [11:0] zero0;  fp_t m_xy;      fp_t m_xx;                                 // word 0
+  } place_t;
 
   // Triangle information, 64 bytes = eight words of 60 bits.
   typedef struct packed {
@@ -186,7 +216,7 @@ package rc_pkg;
   typedef struct packed {
     ray_id_t id;
     logic    any_hit;                      // shadow ray: the first opaque hit found ends it
-    idx_t    skip;                         // triangle the ray leaves from; TRI_NONE: none
+    surf_t   skip;                         // triangle the ray leaves from; SURF_NONE: none
     fp_t     t_min;                        // nothing nearer counts; T_MIN or more
     fp_t     t_max;                        // FP_HUGE: no limit
     vec3_t   inv_dir;                      // 1/0 is +-FP_HUGE
@@ -200,7 +230,7 @@ package rc_pkg;
     logic    hit;
     logic    opaque;                       // of the triangle's record, 0 without a hit
     mat_t    mat;                          // of the triangle's record, 0 without a hit
-    idx_t    tri_idx;                      // TRI_NONE if nothing was hit
+    surf_t   surf;                         // SURF_NONE if nothing was hit
     fp_t     t;
     fp_t     beta;                         // barycentric weights of vertices 1 and 2
     fp_t     gamma;
@@ -222,7 +252,7 @@ package rc_pkg;
     ray_kind_e kind;
     light_id_t light;                      // of a shadow ray
     depth_t    depth;                      // of the surface, for a shadow ray
-    idx_t      skip;
+    surf_t     skip;
     fp_t       t_min;
     fp_t       t_max;
     vec3_t     dir;
@@ -261,6 +291,7 @@ package rc_pkg;
   // What the host tells the shading unit and the colour buffer; constant while a frame runs.
   typedef struct packed {
     line_addr_t info_base;                 // triangle information, tree_cfg_t.tri_count records
+    line_addr_t inst_base;                 // instances, of which placed objects' are read
     line_addr_t uv_base;                   // texture coordinates, as many records
     line_addr_t tex_base;                  // textures
     mip_t       mip_bias;                  // log2 of the angle of a pixel

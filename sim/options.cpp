@@ -170,7 +170,7 @@ std::vector<Region> frame_regions(const std::vector<RegisterWrite>& writes, uint
   add("lights", reg::LIGHT_BASE, 64 * value(reg::LIGHT_COUNT));
   add("uv", reg::UV_BASE, 32 * value(reg::UV_COUNT));
   add("textures", reg::TEX_BASE, 64 * value(reg::TEX_LINES));
-  add("instances", reg::INST_BASE, 32 * value(reg::INST_COUNT));
+  add("instances", reg::INST_BASE, 256 * value(reg::INST_COUNT));
   if (control & 2) {               // the tree builder's; what it writes has names of its own
     add("vertices", reg::VERTEX_BASE, 32 * value(reg::TRI_COUNT));
     add("working", reg::REF_BASE, 16 * value(reg::REF_COUNT));

@@ -39,7 +39,7 @@ struct HitRecord {
   uint16_t x, y;
   uint8_t kind, light, hit, depth;   // kind: ray_kind_e of rc_pkg.sv
   uint32_t tri, t, beta, gamma;
-  uint16_t slots, lost, twos, zero;
+  uint16_t slots, lost, twos, inst;   // inst: placed object, 0 none
 };
 static_assert(sizeof(HitRecord) == 32);
 
@@ -253,7 +253,8 @@ void Simulation::trace_rays() {
       if (hits_) {
         const Work w = slots_[r].leave();
         const HitRecord record{p.x, p.y, p.kind, p.light, t.hit_hit_o[r], p.depth,
-                               t.hit_tri_o[r], t.hit_t_o[r], t.hit_beta_o[r], t.hit_gamma_o[r], w.slots, w.lost, w.twos, 0};
+                               t.hit_tri_o[r], t.hit_t_o[r], t.hit_beta_o[r], t.hit_gamma_o[r], w.slots, w.lost, w.twos,
+                               uint16_t(t.hit_inst_o[r])};
         hits_.write(&record, sizeof record);
       }
     }

@@ -74,6 +74,7 @@ module rc_sim_top import rc_pkg::*; #(
   output ray_id_t            hit_id_o [NumRtus],
   output logic               hit_hit_o [NumRtus],
   output idx_t               hit_tri_o [NumRtus],
+  output inst_id_t           hit_inst_o [NumRtus],
   output fp_t                hit_t_o [NumRtus],
   output fp_t                hit_beta_o [NumRtus],
   output fp_t                hit_gamma_o [NumRtus],
@@ -99,8 +100,8 @@ module rc_sim_top import rc_pkg::*; #(
     assign {sec_valid_o[r], sec_id_o[r], sec_kind_o[r], sec_light_o[r], sec_depth_o[r]} =
            {trace[r].sec_valid, trace[r].sec_id, trace[r].sec_kind, trace[r].sec_light, trace[r].sec_depth};
     assign {hit_valid_o[r], hit_id_o[r], hit_hit_o[r]} = {trace[r].hit_valid, trace[r].hit.id, trace[r].hit.hit};
-    assign {hit_tri_o[r], hit_t_o[r], hit_beta_o[r], hit_gamma_o[r]} =
-           {trace[r].hit.tri_idx, trace[r].hit.t, trace[r].hit.beta, trace[r].hit.gamma};
+    assign {hit_inst_o[r], hit_tri_o[r], hit_t_o[r], hit_beta_o[r], hit_gamma_o[r]} =
+           {trace[r].hit.surf, trace[r].hit.t, trace[r].hit.beta, trace[r].hit.gamma};
     for (genvar p = 0; p < 4; p++) begin : gen_slot
       assign {slot_valid_o[r][p], slot_lost_o[r][p], slot_two_o[r][p], slot_done_o[r][p], slot_out_o[r][p]} =
              {trace[r].tni[p].valid, trace[r].tni[p].lost, trace[r].tni[p].two, trace[r].tni[p].done, trace[r].tni[p].out};

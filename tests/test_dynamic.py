@@ -196,7 +196,7 @@ def test_times(moving):
         animate.times("tiny", 3)
 
 
-@pytest.mark.parametrize("name", ["pendulum", "carousel"])
+@pytest.mark.parametrize("name", ["pendulum", "carousel", "dice"])
 def test_our_scenes_move(name):
     """They load at any time, are small, keep their bounds, and come round to where they began."""
     first = load_scene(name)

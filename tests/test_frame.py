@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 from test_image import make_scene, soup
 
-from raycore import check, kdtree, triaccel
-from raycore.image import View, build_image
+from raycore import check, kdtree, tbu, triaccel
+from raycore.image import View, build_geometry, build_image
 from raycore.model import bvh, fp24, frame, pixbuf, rgen, shade, tracer
 from raycore.scene import Camera, Light, Material, Texture
+from raycore.scene.animation import rotation
+from raycore.scene.data import Placed
 
 # A square of side 2 in the plane z = 0 that faces +z, and a smaller one above it.
 FLOOR = [[[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1, 0]]]
@@ -478,49 +480,51 @@ class Recursion:
 
     def trace(self, org, d, t_min, t_max, skip, any_hit, kind, light, depth):
         if self.double:
-            tri, t, beta, gamma = bvh.trace_ray(self.tree, org, d, t_min, t_max, skip, any_hit)
-            mat = self.tree.mat[tri]
+            tri, t, beta, gamma = bvh.trace_ray(self.tree, org, d, t_min, t_max, skip[0], any_hit)
+            mat, inst = self.tree.mat[tri], 0
         else:
             inverse = np.array([rgen.inverse(v) for v in d])
-            skip = tracer.TRI_NONE if skip < 0 else skip
-            tri, t, beta, gamma, mat, _ = tracer.trace_ray(
-                self.tree, np.array(org), np.array(d), inverse, t_min, t_max, skip, any_hit, self.slots
+            none = (tracer.TRI_NONE, tracer.NOT_PLACED)
+            tri, t, beta, gamma, mat, _, inst = tracer.trace_ray(
+                self.tree, np.array(org), np.array(d), inverse, t_min, t_max, *(none if skip[0] < 0 else skip), any_hit, self.slots
             )
             tri = -1 if tri == tracer.TRI_NONE else tri
-        self.rays.append((kind, light, tri >= 0, depth, tri, *map(np.float32, (t, beta, gamma))))
-        return tri, t, beta, gamma, mat
+        self.rays.append((kind, light, tri >= 0, depth, tri, inst, *map(np.float32, (t, beta, gamma))))
+        return (tri, inst), t, beta, gamma, mat
 
     def pixel(self, dirs):
         return self.path(
-            tuple(self.setup.org), tuple(dirs), (1.0, 1.0, 1.0), 0.0, 0, frame.PRIMARY, -1, (0.0, 0.0, 0.0)
+            tuple(self.setup.org), tuple(dirs), (1.0, 1.0, 1.0), 0.0, 0, frame.PRIMARY, (-1, 0), (0.0, 0.0, 0.0)
         )
 
     def path(self, org, d, w, length, depth, kind, skip, acc):
         s, unit, one = self.setup, self.shade, (1.0, 1.0, 1.0)
         t_min = tracer.T_MIN if kind == frame.PRIMARY else s.t_min
-        tri, t, beta, gamma, mat = self.trace(org, d, t_min, tracer.HUGE, skip, False, kind, 0, depth)
-        if tri < 0:
+        surf, t, beta, gamma, mat = self.trace(org, d, t_min, tracer.HUGE, skip, False, kind, 0, depth)
+        if surf[0] < 0:
             return unit.add_miss(acc, w, tuple(s.background))
-        row = s.materials[mat]
-        p, g, m, md, length, inside = unit.hit_point(org, d, t, beta, gamma, s.info[tri], length)
+        row, info = s.materials[mat], s.info[surf[0]]
+        if surf[1]:  # in a placed object
+            info = unit.place(info, self.tree.inst_place[surf[1]])
+        p, g, m, md, length, inside = unit.hit_point(org, d, t, beta, gamma, info, length)
         alpha = unit.coverage(1.0, row)
         wl = unit.weight(alpha, w)
         acc = unit.add_surface(acc, wl, one, row)
         for l, light in enumerate(s.lights):
             culled, to, from_t, far, k = unit.light_job((p, g, m, d, md), light, row, one, s.t_min)
             if not culled:
-                tr = self.light(p, to, from_t, far, tri, l, depth, one)
+                tr = self.light(p, to, from_t, far, surf, l, depth, one)
                 acc = acc if tr is None else unit.add_light(acc, wl, tr, k)
         if depth < s.max_depth:
             children = unit.bounce((p, g, m, d, md), one, w, alpha, inside, row, s.min_weight)
             for kind, (traced, weight, direction, start) in zip((frame.REFLECT, frame.TRANSMIT), children):
                 if traced:
-                    acc = self.path(start, direction, weight, length, depth + 1, kind, tri, acc)
+                    acc = self.path(start, direction, weight, length, depth + 1, kind, surf, acc)
         return acc
 
     def light(self, p, to, from_t, far, skip, l, depth, tr):
-        tri, t, _, _, mat = self.trace(p, to, from_t, far, skip, True, frame.SHADOW, l, depth)
-        if tri < 0:
+        surf, t, _, _, mat = self.trace(p, to, from_t, far, skip, True, frame.SHADOW, l, depth)
+        if surf[0] < 0:
             return tr
         row = self.setup.materials[mat]
         if shade.opaque(row):
@@ -529,12 +533,31 @@ class Recursion:
         return None if blocked else self.light(p, to, from_t, far, skip, l, depth, tr)
 
 
-@pytest.mark.parametrize("name", RENDERERS)
+def placed(scene, parts, seed=4):
+    """The scene with its last triangles as rigid objects, parts of so many; each in coordinates of its own, turned somehow."""
+    rng, n = np.random.default_rng(seed), len(scene.triangles)
+    numbers = np.concatenate((np.zeros(n - sum(parts), np.int32), np.repeat(np.arange(len(parts), dtype=np.int32) + 1, parts)))
+    rigid = []
+    for k in range(1, len(parts) + 1):
+        turn, away = rotation(rng.normal(size=3), rng.uniform(0, 360)), rng.uniform(-1, 1, 3)
+        mine = numbers == k
+        rigid.append(Placed(turn, away, (scene.triangles[mine] - away) @ turn, scene.normals[mine] @ turn))
+    return replace(scene, objects=numbers, placed=rigid)
+
+
+@pytest.mark.parametrize("name", [*RENDERERS, "placed"])
 def test_order_of_rays(name):
     """Every ray, every hit and every colour of some pixels, exactly."""
-    image = build_image(box_with_ball(), box_view(12, 8, max_depth=8, min_weight=0.01))
-    out = RENDERERS[name][0](image)
+    scene, view = box_with_ball(), box_view(12, 8, max_depth=8, min_weight=0.01)
+    if name == "placed":  # ball and leaf
+        leaf = 2
+        scene = placed(scene, (np.count_nonzero(scene.face_material == 1), leaf))
+        image = build_image(build_geometry(scene, tbu.Params()), view)
+    else:
+        image = build_image(scene, view)
+    out = RENDERERS.get(name, RENDERERS["fp24"])[0](image)
     assert out.by_depth[frame.TRANSMIT, 3] > 10 and out.by_depth[frame.REFLECT, 6] > 10
+    assert set(out.log["inst"]) == ({0, 1, 2} if name == "placed" else {0})
     recursion = Recursion(image, name == "double")
     for y in range(8):
         for x in range(12):
@@ -575,8 +598,8 @@ def test_t_min_and_what_is_not_opaque(seed):
         d = fp24.round_to_fp24(d / np.linalg.norm(d))
         inverse = np.array([rgen.inverse(v) for v in d])
         t_min = float(fp24.round_to_fp24(rng.choice([tracer.T_MIN, rng.uniform(0.0, 1.0)])))
-        tri, t, _, _, kind, solid = tracer.trace_ray(
-            arrays, org, d, inverse, t_min, tracer.HUGE, tracer.TRI_NONE, True, np.zeros(4, np.int64)
+        tri, t, _, _, kind, solid, _ = tracer.trace_ray(
+            arrays, org, d, inverse, t_min, tracer.HUGE, tracer.TRI_NONE, 0, True, np.zeros(4, np.int64)
         )
         tri64, t64, _, _ = bvh.trace_ray(exact, tuple(org), tuple(d), t_min, np.inf, -1, True)
         nearest, t_near = brute_force(triangles, org + t_min * d, d)  # as if the ray began there
@@ -691,7 +714,7 @@ def first(hits, kind, hit):
 
 
 @pytest.mark.parametrize("kind", range(4), ids=frame.KINDS)
-@pytest.mark.parametrize("name", ["tri", "t", "beta", "gamma", "kind", "depth", "hit"])
+@pytest.mark.parametrize("name", ["tri", "inst", "t", "beta", "gamma", "kind", "depth", "hit"])
 def test_one_wrong_hit_is_seen(glazed, kind, name):
     result = as_simulated(glazed)
     result.hits[name][first(result.hits, kind, 1)] ^= 1

@@ -26,6 +26,8 @@ STRUCTS = {
     "optics_t": image.OPTICS,
     "tri_uv_t": image.TRI_UV,
     "inst_t": image.INSTANCE,
+    "inst_row_t": image.INSTANCE_ROW,
+    "place_t": image.PLACE,
 }
 
 

@@ -91,7 +91,7 @@ module rc_raygen import rc_pkg::*; (
     ray_id_t id;
     logic    any_hit;
     logic    primary;
-    idx_t    skip;
+    surf_t   skip;
     fp_t     t_min;
     fp_t     t_max;
     vec3_t   org;
@@ -104,7 +104,7 @@ module rc_raygen import rc_pkg::*; (
   assign accept      = sec_ready_o && (sec_valid_i || pri_valid_i);
   assign ctx_in = sec_valid_i ? '{id: sec_i.id, any_hit: sec_i.kind == RAY_SHADOW, primary: 1'b0, skip: sec_i.skip,
                                   t_min: sec_i.t_min, t_max: sec_i.t_max, org: sec_i.org}
-                              : '{id: pri_i.id, any_hit: 1'b0, primary: 1'b1, skip: TRI_NONE,
+                              : '{id: pri_i.id, any_hit: 1'b0, primary: 1'b1, skip: SURF_NONE,
                                   t_min: T_MIN, t_max: FP_HUGE, org: cam_i.org};
   rc_fifo #(.data_t(ctx_t), .Depth(DEPTH)) u_ctx (
     .clk_i, .rst_ni,

@@ -205,7 +205,7 @@ module rc_bounce import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_pkg:
   assign child_traced_o   = heavy_end && (turn_end.refract ? !slot_end.tir : turn_end.straight ? slot_end.flags.alpha
                                           : slot_end.flags.reflects || slot_end.tir);
   assign child_o.depth    = slot_end.ctx.depth + 1'b1;
-  assign child_o.skip     = slot_end.ctx.tri_idx;
+  assign child_o.skip     = slot_end.ctx.surf;
   assign child_o.len      = slot_end.ctx.len;
 
   if (T_CTX != 1) begin : gen_check_ctx

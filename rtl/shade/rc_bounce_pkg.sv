@@ -119,7 +119,7 @@ package rc_bounce_pkg;
 
   typedef struct packed {                  // a ray that is to be traced, as the stacks keep it
     depth_t depth;
-    idx_t   skip;
+    surf_t  skip;
     vec3_t  w;
     fp_t    len;
     vec3_t  dir;

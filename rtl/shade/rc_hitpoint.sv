@@ -109,7 +109,7 @@ module rc_hitpoint import rc_pkg::*; import rc_shade_pkg::*; (
   end
 
   // ---- what is not computed with (all of point but alpha) waits for the context to be written; rays leave in order -------
-  typedef struct packed {alpha_e mode; point_t point; idx_t tri_idx; depth_t depth; vec3_t w;} rest_t;
+  typedef struct packed {alpha_e mode; point_t point; surf_t surf; depth_t depth; vec3_t w;} rest_t;
   typedef struct packed {mat_flags_t flags; fp_t cutoff; fp_t alpha;} rule_t;
   material_t ld_mat;
   rule_t     rule;
@@ -123,7 +123,7 @@ module rc_hitpoint import rc_pkg::*; import rc_shade_pkg::*; (
   );
   assign goes_through = rule.flags.transmits || rule.flags.alpha_mode != ALPHA_OPAQUE;
   assign rest_in = '{
-    mode: rule.flags.alpha_mode, tri_idx: in_q.hit.tri_idx, depth: depth_i, w: w_i,
+    mode: rule.flags.alpha_mode, surf: in_q.hit.surf, depth: depth_i, w: w_i,
     point: '{id: in_q.hit.id, mat: mat_q, tex: in_q.rgb, alpha: '0,
              bounces: depth_i < max_depth_i && (rule.flags.reflects || goes_through),
              branch: rule.flags.reflects && goes_through}
@@ -262,7 +262,7 @@ module rc_hitpoint import rc_pkg::*; import rc_shade_pkg::*; (
     point_w.alpha = coverage(rest.mode, keep_w, a_w);
   end
   assign scalar_w = '{zero: '0, from_inside: inside_w, depth: rest.depth, len: way_w, alpha: point_w.alpha,
-                      tri_idx: rest.tri_idx, mat: point_w.mat, md: md};
+                      surf: rest.surf, mat: point_w.mat, md: md};
   assign leave       = valid_q[SLOTS-1] && at_end;
   assign ctx_valid_o = valid_q[SLOTS-1];
   assign ctx_addr_o  = '{id: point_w.id, word: {at_end || !(at_x || at_y), at_end || at_y}};

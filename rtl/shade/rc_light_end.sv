@@ -38,12 +38,12 @@ module rc_light_end import rc_pkg::*; import rc_shade_pkg::*; #(
   output logic                   ev_culled_o
 );
   localparam int unsigned B = LIGHT_BEATS;
-  typedef struct packed {depth_t depth; idx_t skip; fp_t t_min; vec3_t org;} origin_t;
+  typedef struct packed {depth_t depth; surf_t skip; fp_t t_min; vec3_t org;} origin_t;
   vec3_t   org, dir;
   origin_t origin, origin_end;
   sec_t    sec;
   rc_gather #(.From(TCtx), .To(TCtxS)) u_org (.clk_i, .in_i(point_i), .vec_o(org));
-  assign origin = '{depth: scalar_i.depth, skip: scalar_i.tri_idx, t_min: t_min_i, org: org};
+  assign origin = '{depth: scalar_i.depth, skip: scalar_i.surf, t_min: t_min_i, org: org};
   rc_keep #(.Width($bits(origin_t)), .Beats(B), .From(TCtxS), .To(TEnd)) u_origin (
     .clk_i, .rst_ni, .now_i(beat_i[TCtxS % B]), .next_i(beat_i[(TEnd - 1) % B]), .in_i(origin), .out_o(origin_end)
   );

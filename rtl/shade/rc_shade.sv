@@ -3,7 +3,7 @@
 // answers with the next ray of its pixel or with the finished colour.
 //
 //   hit ─▶ rc_shade_route ◀─▶ rc_texture                            rc_paths: rays under way
-//            │    │     └─ surface ─▶ cache ▶ rc_hitpoint ─▶ context RAM ─────┐
+//            │    │     └─ surface ─▶ rc_info ▶ rc_hitpoint ─▶ context RAM ──┐
 //            │    └─ blocker ──▶ rc_through ──lights again─┐                  │
 //            │                        └ blocked ─┐         ├──▶ rc_light ◀────┤ ──▶ shadow rays
 //            └─ miss, shadow ray ─▶ arbiter ▶ rc_accum ──lights─┘             │
@@ -122,16 +122,13 @@ module rc_shade import rc_pkg::*; import rc_shade_pkg::*; #(
   );
 
   // ---- surfaces: triangle information, then the hit-point unit; contexts ---------------------------------------------------
-  logic   info_valid, info_ready, point_valid, point_ready;
-  line_t  info_line;
-  point_t point;
-  rc_ro_cache #(
-    .data_t(tex_t), .Sets(InfoSets), .Ways(InfoWays), .Depth(InfoDepth), .MaxMiss(InfoMiss)
-  ) u_info (
-    .clk_i, .rst_ni,
-    .in_valid_i(surface_valid), .in_ready_o(surface_ready),
-    .in_addr_i(cfg_i.info_base + line_addr_t'(surface.hit.tri_idx)), .in_data_i(surface),
-    .out_valid_o(info_valid), .out_ready_i(info_ready), .out_line_o(info_line), .out_data_o(point_in),
+  logic      info_valid, info_ready, point_valid, point_ready;
+  tri_info_t info;
+  point_t    point;
+  rc_info #(.Sets(InfoSets), .Ways(InfoWays), .Depth(InfoDepth), .MaxMiss(InfoMiss)) u_info (
+    .clk_i, .rst_ni, .info_base_i(cfg_i.info_base), .inst_base_i(cfg_i.inst_base),
+    .in_valid_i(surface_valid), .in_ready_o(surface_ready), .in_i(surface),
+    .out_valid_o(info_valid), .out_ready_i(info_ready), .out_o(point_in), .out_info_o(info),
     .req_valid_o, .req_ready_i, .req_addr_o, .rsp_valid_i, .rsp_line_i,
     .ev_hit_o(ev_info_hit_o), .ev_miss_o(ev_info_miss_o)
   );
@@ -139,7 +136,7 @@ module rc_shade import rc_pkg::*; import rc_shade_pkg::*; #(
   rc_hitpoint u_hitpoint (
     .clk_i, .rst_ni, .max_depth_i(cfg_i.max_depth), .mat_count_i(cfg_i.mat_count),
     .ld_mat_valid_i(ld_mat_valid), .ld_idx_i, .ld_line_i,
-    .in_valid_i(info_valid), .in_ready_o(info_ready), .in_i(point_in), .in_info_i(info_line),
+    .in_valid_i(info_valid), .in_ready_o(info_ready), .in_i(point_in), .in_info_i(info),
     .org_i(point_org), .dir_i(point_dir), .w_i(point_w), .len_i(point_len), .depth_i(point_depth),
     .ctx_valid_o(ctx_we), .ctx_addr_o(ctx_waddr), .ctx_word_o(ctx_wdata),
     .out_valid_o(point_valid), .out_ready_i(point_ready), .out_o(point),

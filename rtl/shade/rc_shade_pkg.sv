@@ -82,12 +82,12 @@ package rc_shade_pkg;
   } ctx_axis_t;
   parameter int unsigned CTX_W = $bits(ctx_axis_t);
   typedef struct packed {                  // word 3
-    logic [CTX_W-$bits(idx_t)-$bits(mat_id_t)-$bits(depth_t)-1-3*FP_W-1:0] zero;
+    logic [CTX_W-$bits(surf_t)-$bits(mat_id_t)-$bits(depth_t)-1-3*FP_W-1:0] zero;
     logic    from_inside;                  // the ray came from behind the triangle
     depth_t  depth;                        // of the ray that came
     fp_t     len;                          // length of the path up to here
     fp_t     alpha;                        // alpha' of docs/whitted.md
-    idx_t    tri_idx;
+    surf_t   surf;
     mat_id_t mat;
     fp_t     md;                           // m . d
   } ctx_scalar_t;

@@ -62,13 +62,13 @@ module rc_texture import rc_pkg::*; import rc_shade_pkg::*; import rc_tex_pkg::*
   uv_data_t uv_in, uv_out;
   line_t    uv_line;
   logic     uv_valid, uv_take;
-  assign uv_in = '{odd: in_i.hit.tri_idx[0],
+  assign uv_in = '{odd: in_i.hit.surf.tri_idx[0],
                    hit: '{mat: in_i.hit.mat[7:0], len: in_i.len, t: in_i.hit.t, beta: in_i.hit.beta,
                           gamma: in_i.hit.gamma}};
   rc_ro_cache #(.data_t(uv_data_t), .Sets(UvSets), .Ways(2), .Depth(UvDepth), .MaxMiss(UvMiss)) u_uv_cache (
     .clk_i, .rst_ni,
     .in_valid_i(in_valid_i && hits_ready), .in_ready_o(uv_ready),
-    .in_addr_i(uv_base_i + line_addr_t'(in_i.hit.tri_idx[IDX_W-1:1])), .in_data_i(uv_in),
+    .in_addr_i(uv_base_i + line_addr_t'(in_i.hit.surf.tri_idx[IDX_W-1:1])), .in_data_i(uv_in),
     .out_valid_o(uv_valid), .out_ready_i(uv_take), .out_line_o(uv_line), .out_data_o(uv_out),
     .req_valid_o(uv_req_valid_o), .req_ready_i(uv_req_ready_i), .req_addr_o(uv_req_addr_o),
     .rsp_valid_i(uv_rsp_valid_i), .rsp_line_i(uv_rsp_line_i),

@@ -23,6 +23,7 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   input  fp_t        tmax_oper_i,
   input  fp_t        best_oper_i,
   input  logic       best_slack_oper_i,
+  input  logic       skips_oper_i,         // the triangle that the ray leaves from is in this tree
   input  entry_t     stack_next2_i,        // the stack's top
   input  step_t      step1_next1_i,
   input  logic       two_oper2_i,
@@ -73,7 +74,7 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   fp_t   ou, ov, tdu, tdv;
   logic [1:0] axis;
   visit_t visit2;
-  rc_delay #(.Width(2 + 3 * VEC_W), .Depth(P_OPER2 - P_OPER)) u_ray (
+  rc_delay #(.Width(MODE_W + 3 * VEC_W), .Depth(P_OPER2 - P_OPER)) u_ray (
     .clk_i, .in_i({mode_oper_i, ray_oper_i.org, ray_oper_i.dir, ray_oper_i.inv_dir}),
     .out_o({mode_oper2, org, dir, inv}));
   rc_delay #(.Width(2 * FP_W), .Depth(P_OPER2 - P_OFF)) u_ouv (.clk_i, .in_i({ou_off_i, ov_off_i}), .out_o({ou, ov}));
@@ -102,7 +103,7 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   // ---- P_OFF2: products ---------------------------------------------------------------------------------
   fp_t [3:0] edges, uv_a, uv_b, uv;
   rc_delay #(.Width(4 * FP_W), .Depth(P_OFF2 - P_OPER2)) u_edges (.clk_i, .in_i(edges_oper2), .out_o(edges));
-  rc_delay #(.Width(2 + VEC_W), .Depth(P_OFF2 - P_OPER2)) u_mul (
+  rc_delay #(.Width(MODE_W + VEC_W), .Depth(P_OFF2 - P_OPER2)) u_mul (
     .clk_i, .in_i({mode_oper2, mul}), .out_o({mode_off2, mul_off2}));
   assign uv_a = (mode_off2 == ISECT) ? {off[1], off[0], off[1], off[0]} : {FP_ZERO, off};
   assign uv_b = (mode_off2 == ISECT) ? edges : {FP_ZERO, mul_off2};
@@ -116,7 +117,7 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   visit_t     visit2_uv;
   fp_t  [3:0] cmp_a, cmp_b;
   logic [3:0] lt, eq_unused, gt;
-  rc_delay #(.Width(3), .Depth(P_UV - P_OFF2)) u_mode_uv (
+  rc_delay #(.Width(MODE_W + 1), .Depth(P_UV - P_OFF2)) u_mode_uv (
     .clk_i, .in_i({mode_off2, mul_off2[0][FP_W-2:0] == FP_HUGE[FP_W-2:0]}), .out_o({mode_uv, inv_huge}));
   rc_delay #(.Width(FP_W), .Depth(P_UV - P_T)) u_t (.clk_i, .in_i(t_i), .out_o(t));
   // The ray's t_min where a triangle is tested, its nearest hit so far (at first its t_max) for a box.
@@ -149,7 +150,7 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   logic early_lt, early_eq, early_gt_unused, t_le_tmax, clean_near, slack_near, clean_far, slack_far;
   rc_delay #(.Width(6 * FP_W), .Depth(LAT_CMP)) u_early_d (
     .clk_i, .in_i({uv[2], uv[1], uv[0], t, t_limit, tmax}), .out_o({uv2, uv1, uv0, t_step2, t_max_step2, tmax_step2}));
-  rc_delay #(.Width(2), .Depth(LAT_CMP)) u_mode_boxf (.clk_i, .in_i(mode_uv), .out_o({mode_boxf}));
+  rc_delay #(.Width(MODE_W), .Depth(LAT_CMP)) u_mode_boxf (.clk_i, .in_i(mode_uv), .out_o({mode_boxf}));
   always_comb begin
     early_a = lt[1] ? t_max_step2 : uv2;     // b < a of the model
     early_b = lt[0] ? uv1 : uv0;
@@ -195,7 +196,7 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
   fp_t   pop_tmin, t_pop, best_pop, box_tmin_pop, box_tmax_pop, last_a, last_b;
   logic  last_lt, last_eq, last_gt_unused;
   rc_delay #(.Width(FP_W), .Depth(P_POP - P_NEXT2)) u_pop_tmin (.clk_i, .in_i(pop_next2_o.tmin), .out_o(pop_tmin));
-  rc_delay #(.Width(2 + 2 * FP_W), .Depth(P_POP - P_UV)) u_t_pop (
+  rc_delay #(.Width(MODE_W + 2 * FP_W), .Depth(P_POP - P_UV)) u_t_pop (
     .clk_i, .in_i({mode_uv, t, best}), .out_o({mode_pop, t_pop, best_pop}));
   rc_delay #(.Width(FP_W), .Depth(P_POP - P_BOXN)) u_box_tmin (.clk_i, .in_i(box_tmin_boxn_i), .out_o(box_tmin_pop));
   rc_delay #(.Width(FP_W), .Depth(P_POP - P_BOXF)) u_box_tmax (.clk_i, .in_i(box_tmax), .out_o(box_tmax_pop));
@@ -235,7 +236,7 @@ module rc_tni_back import rc_pkg::*, rc_tni_pkg::*; (
     rc_fp_cmp #(.Latency(LAT_CMP)) u_cmp (
       .clk_i, .a_i(in_a[i]), .b_i(in_b[i]), .lt_o(in_lt[i]), .eq_o(in_eq[i]), .gt_o(in_gt[i]));
   end
-  assign may_hit = rec.k != 2'd3 && idx_oper_i != ray_oper_i.skip;
+  assign may_hit = rec.k != 2'd3 && !(skips_oper_i && idx_oper_i == ray_oper_i.skip.tri_idx);
   rc_delay #(.Width(1), .Depth(P_END - P_OPER)) u_may_hit (.clk_i, .in_i(may_hit), .out_o(may_hit_end));
   rc_delay #(.Width(1), .Depth(P_END - P_DEN)) u_den_zero (.clk_i, .in_i(den_zero_den_i), .out_o(den_zero));
 

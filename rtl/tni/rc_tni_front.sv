@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
-// First half of a T&I pipeline's arithmetic, P5 to P12: three modes on shared units (paper Fig. 5).
+// First half of a T&I pipeline's arithmetic, P5 to P12: three modes on shared units (paper Fig. 5), and a fourth, ENTER, that
+// brings a ray into the coordinates of a placed object, by a row r of the rotation and its centre c.
 //
-//   stage    ray-box               traversal                intersection
-//   P5-P6    Fadd 0-2  near - o    Fadd 0    split - o      Fadd 0-2   o - A
-//   P5                                                      Fmul 0-1   n d
-//   P6-P7                                                   TFadd 0    n.d
-//   P7       Fmul 2-4  near t      Fmul 2    t of step 1    Fmul 2-3   n (o - A)
+//   stage    ray-box               traversal                intersection              enter
+//   P5-P6    Fadd 0-2  near - o    Fadd 0    split - o      Fadd 0-2   o - A          o - c
+//   P5                                                      Fmul 0-1, 8  n d          r d
+//   P6-P7                                                   TFadd 0    n.d            r.d: the new d
+//   P7       Fmul 2-4  near t      Fmul 2    t of step 1    Fmul 2-4   n (o - A)      r (o - c)
 //   P8       Fcomp 0-1, 2          Fcomp 0-3                Fcomp 0-1  best against leaf, against stack (box: Fcomp 2)
-//   P8-P9                                                   TFadd 1    n.(o - A);  Fdiv 0  1 / n.d
+//   P8-P9                                                   TFadd 1    n.(o - A)      r.(o - c): the new o
+//   P8-P9                                                   Fdiv 0     1 / n.d        1 / r.d: its inverse
 //   P9       Fcomp 4   tmin        decide step 1
 //   P10                                                     Fmul 5     t
 //   P11                                                     Fmul 6-7   t d
 //
-// 3 Fadd, 2 TFadd, 8 Fmul, 5 Fcomp, 1 Fdiv. Never stalls. Ports carry the stage at the end of their name.
+// 3 Fadd, 2 TFadd, 9 Fmul, 5 Fcomp, 1 Fdiv. Along the triangle's axis k the normal is 1, which ENTER has no axis of. Never stalls. Ports carry the stage at the end of their name.
 module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
   input  logic       clk_i,
   input  vec3_t      box_lo_oper_i,
@@ -36,6 +38,7 @@ module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
   output fp_t        tdu_td_o,          // t d along u and v
   output fp_t        tdv_td_o,
   output logic       den_zero_den_o,    // the ray is parallel to the triangle
+  output ray_axis_t  entered_quot_o,    // ENTER: a component of the ray in the object's coordinates
   output logic       best_le_tmax_step1_o,
   output logic       best_lt_stack_step1_o
 );
@@ -46,17 +49,18 @@ module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
   triaccel_t  rec;
   logic [1:0] k, u, v, axis;
   vec3_t      cut_a, cut_b, scale_d, scale;
-  fp_t        d_u, d_v;
+  fp_t        d_u, d_v, n_k;
   assign node     = node_t'(line_oper_i[idx_oper_i[2:0]]);
   assign adjacent = node_t'(line_oper_i[idx_oper_i[2:0] + 3'd1]);
   assign other    = node_t'(line_oper_i[node.other[2:0]]);
   assign axis     = (node.axis == 2'd3) ? 2'd0 : node.axis;
   assign rec      = triaccel_t'(idx_oper_i[0] ? line_oper_i[7:4] : line_oper_i[3:0]);
-  assign k        = (rec.k == 2'd3) ? 2'd0 : rec.k;
+  assign k        = (mode_oper_i == ENTER) ? 2'd2 : (rec.k == 2'd3) ? 2'd0 : rec.k;
   assign u        = (k == 2'd2) ? 2'd0 : k + 2'd1;
   assign v        = (u == 2'd2) ? 2'd0 : u + 2'd1;
   assign d_u      = ray_oper_i.dir[u];
   assign d_v      = ray_oper_i.dir[v];
+  assign n_k      = (mode_oper_i == ENTER) ? rec.b_u : FP_ONE;      // r_z lies there
   always_comb begin
     cut_b   = ray_oper_i.org;
     scale_d = ray_oper_i.inv_dir;
@@ -66,10 +70,10 @@ module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
       cut_b[0]   = ray_oper_i.org[axis];
       scale_d[0] = ray_oper_i.inv_dir[axis];
     end
-    if (mode_oper_i == ISECT) begin
+    if (mode_oper_i == ISECT || mode_oper_i == ENTER) begin
       cut_a   = {ray_oper_i.org[k], ray_oper_i.org[v], ray_oper_i.org[u]};
       cut_b   = {rec.a_k, rec.a_v, rec.a_u};
-      scale_d = {FP_ZERO, rec.n_v, rec.n_u};
+      scale_d = {n_k, rec.n_v, rec.n_u};
     end
   end
 
@@ -88,7 +92,7 @@ module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
   fp_t        tmin_scale, tmax_scale, best_scale;
   fp_t  [3:0] cmp_a, cmp_b;
   logic [3:0] lt, eq, gt;
-  rc_delay #(.Width(2 + 3 * FP_W), .Depth(P_SCALE - P_OPER)) u_state (
+  rc_delay #(.Width(MODE_W + 3 * FP_W), .Depth(P_SCALE - P_OPER)) u_state (
     .clk_i, .in_i({mode_oper_i, tmin_oper_i, tmax_oper_i, best_oper_i}),
     .out_o({mode_scale, tmin_scale, tmax_scale, best_scale}));
   always_comb begin
@@ -108,7 +112,7 @@ module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
       .clk_i, .a_i(cmp_a[i]), .b_i(cmp_b[i]), .lt_o(lt[i]), .eq_o(eq[i]), .gt_o(gt[i]));
   end
   mode_e mode_step1;
-  rc_delay #(.Width(2), .Depth(LAT_CMP)) u_mode_step1 (.clk_i, .in_i({mode_scale}), .out_o({mode_step1}));
+  rc_delay #(.Width(MODE_W), .Depth(LAT_CMP)) u_mode_step1 (.clk_i, .in_i({mode_scale}), .out_o({mode_step1}));
   assign best_le_tmax_step1_o  = lt[0] || eq[0];
   assign best_lt_stack_step1_o = (mode_step1 == BOX) ? lt[2] : lt[1];
 
@@ -159,19 +163,24 @@ module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
     .clk_i, .in_i({visit2, two}), .out_o({visit2_oper2_o, two_oper2_o}));
 
   // ---- intersection: t = -n.(o - A) / n.d, and t d ---------------------------------------------------------
-  fp_t nd_u, nd_v, d_k, den, num, num_quot, rcp, rcp_quot, ow, d_u_t, d_v_t;
+  fp_t nd_u, nd_v, nd_k, den, den_quot, num, num_quot, rcp, rcp_quot, d_u_t, d_v_t;
   rc_fp_mul #(.Latency(LAT_MUL)) u_nd_u (.clk_i, .a_i(rec.n_u), .b_i(d_u), .y_o(nd_u));
   rc_fp_mul #(.Latency(LAT_MUL)) u_nd_v (.clk_i, .a_i(rec.n_v), .b_i(d_v), .y_o(nd_v));
-  rc_delay #(.Width(FP_W), .Depth(P_ND - P_OPER)) u_d_k (.clk_i, .in_i(ray_oper_i.dir[k]), .out_o(d_k));
-  rc_fp_add3 #(.Latency(LAT_ADD3)) u_den (.clk_i, .a_i(nd_u), .b_i(nd_v), .c_i(d_k), .y_o(den));
+  rc_fp_mul #(.Latency(LAT_MUL)) u_nd_k (.clk_i, .a_i(n_k), .b_i(ray_oper_i.dir[k]), .y_o(nd_k));
+  rc_fp_add3 #(.Latency(LAT_ADD3)) u_den (.clk_i, .a_i(nd_u), .b_i(nd_v), .c_i(nd_k), .y_o(den));
   rc_fp_div #(.Latency(LAT_DIV)) u_rcp (.clk_i, .a_i(FP_ONE), .b_i(den), .y_o(rcp));
   assign den_zero_den_o = den[FP_W-2:FP_MAN_W] == '0;
 
-  rc_delay #(.Width(FP_W), .Depth(P_SCALE - P_OFF)) u_ow (.clk_i, .in_i(off[2]), .out_o(ow));
-  rc_fp_add3 #(.Latency(LAT_ADD3)) u_num (.clk_i, .a_i(scaled[0]), .b_i(scaled[1]), .c_i(ow), .y_o(num));
+  rc_fp_add3 #(.Latency(LAT_ADD3)) u_num (.clk_i, .a_i(scaled[0]), .b_i(scaled[1]), .c_i(scaled[2]), .y_o(num));
   rc_delay #(.Width(FP_W), .Depth(P_QUOT - P_NUM)) u_num_quot (.clk_i, .in_i(fp_neg(num)), .out_o(num_quot));
   rc_delay #(.Width(FP_W), .Depth(P_QUOT - P_RCP)) u_rcp_quot (.clk_i, .in_i(rcp), .out_o(rcp_quot));
   rc_fp_mul #(.Latency(LAT_MUL)) u_t (.clk_i, .a_i(num_quot), .b_i(rcp_quot), .y_o(t_o));
+
+  // The ray in an object's coordinates; 1/0 is FP_HUGE, as everywhere.
+  rc_delay #(.Width(FP_W), .Depth(P_QUOT - P_DEN)) u_den_quot (.clk_i, .in_i(den), .out_o(den_quot));
+  assign entered_quot_o.org     = fp_neg(num_quot);
+  assign entered_quot_o.dir     = den_quot;
+  assign entered_quot_o.inv_dir = (den_quot[FP_W-2:FP_MAN_W] == '0) ? {den_quot[FP_W-1], FP_HUGE[FP_W-2:0]} : rcp_quot;
 
   rc_delay #(.Width(2 * FP_W), .Depth(P_T - P_OPER)) u_d_uv (.clk_i, .in_i({d_u, d_v}), .out_o({d_u_t, d_v_t}));
   rc_fp_mul #(.Latency(LAT_MUL)) u_tdu (.clk_i, .a_i(t_o), .b_i(d_u_t), .y_o(tdu_td_o));

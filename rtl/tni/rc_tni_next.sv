@@ -4,7 +4,7 @@
 // A tree is walked until nothing is left to visit, or the best hit lies before all of it. After the static tree (SCENE) the
 // ray is done; after the top-level tree (TOP) comes the static tree; after an object's (OBJECT) the next object of the leaf
 // from which it was entered, or what lies on the stack below. If the object left entries above that, a pass of its own (POP)
-// reads the stack once more.
+// reads the stack once more. Before a placed object is entered come three passes (ENTER) that bring the ray there.
 module rc_tni_next import rc_pkg::*, rc_tni_pkg::*; (
   input  state_t     state_i,
   input  logic       act_i,                // the pass did its work: nothing it needed was missing
@@ -12,7 +12,9 @@ module rc_tni_next import rc_pkg::*, rc_tni_pkg::*; (
   input  entry_t     pop_i,                // what a pop brings
   input  logic [1:0] pushed_i,             // TRAV: entries
   input  logic       popped1_i,            // TRAV: step 2 pops what step 1 would have pushed
-  input  idx_t       root_i,               // BOX: of the tree in it
+  input  idx_t       root_i,               // BOX, ENTER: of the tree in it; BOX of a placed object: its first row
+  input  logic       placed_i,             // BOX: it is a placed object's
+  input  logic       skips_i,              // BOX: in it is the triangle that the ray leaves from
   input  logic       last_i,               // of a list
   input  back_t      back_i,               // OBJECT, but for BOX
   input  logic       box_hit_i,
@@ -49,10 +51,12 @@ module rc_tni_next import rc_pkg::*, rc_tni_pkg::*; (
     sp           = state_i.sp;             // BOX, POP: of the top-level tree
     unique case (state_i.mode)
       BOX: begin
-        next_o.mode = TRAV;
-        next_o.idx  = root_i;
-        next_o.tmin = box_tmin_i;
-        next_o.tmax = box_tmax_i;
+        next_o.mode   = placed_i ? ENTER : TRAV;
+        next_o.idx    = root_i;
+        next_o.tmin   = box_tmin_i;
+        next_o.tmax   = box_tmax_i;
+        next_o.placed = 1'b0;
+        next_o.skips  = skips_i;
         if (!box_hit_i) begin
           unique case (state_i.level)
             OBJECT: begin                  // the next one of the leaf
@@ -83,6 +87,14 @@ module rc_tni_next import rc_pkg::*, rc_tni_pkg::*; (
           next_o.best  = t_i;
           next_o.slack = slack_i;
           next_o.hit   = 1'b1;
+        end
+      end
+      ENTER: begin
+        next_o.idx = state_i.idx + 1'b1;
+        if (state_i.idx[HALF_IDX_W-1:0] == ROW_LAST) begin
+          next_o.mode   = TRAV;
+          next_o.placed = 1'b1;
+          next_o.idx    = root_i;
         end
       end
       default: begin                       // POP
@@ -134,5 +146,5 @@ module rc_tni_next import rc_pkg::*, rc_tni_pkg::*; (
     end
   end
   logic unused;
-  assign unused = ^step_i;
+  assign unused = ^{step_i, back_i.inst};
 endmodule

@@ -103,15 +103,14 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
     .lookup_addr_i({cfg_i.list_base + line_addr_t'(gen_p[P_LIST].s_q.idx[IDX_W-1:4]), gen_p[P_LIST].s_q.idx[3]}),
     .hit_o(list_hit), .miss_o(list_miss), .line_o(list_line), .halves_o(unused_halves),
     .req_valid_o(req_valid_o[1]), .req_ready_i(req_ready_i[1]), .req_addr_o(req_addr_o[1]),
-    .fill_valid_i(fill_valid_i[1]), .fill_ready_o(fill_ready_o[1]), .fill_addr_i, .fill_both_i,
-    .fill_line_i,
+    .fill_valid_i(fill_valid_i[1]), .fill_ready_o(fill_ready_o[1]), .fill_addr_i, .fill_both_i, .fill_line_i,
     .ev_conflict_o(unused_list[0]), .ev_drop_o(unused_list[1]), .ev_locked_o(unused_list[2]), .busy_o(unused_list[3]));
   always_ff @(posedge clk_i) list_bad_q <= rst_ni && list_bad;
 
   // ---- P_INDEX: which node or triangle, and where it is -----------------------------------------------------
   state_t      si;
   list_entry_t entry;
-  idx_t        what, what_q;
+  idx_t        what, what_q, half;          // half: of a line, where a record is
   logic        from_list, last_index, nt_any, nt_want, nt_bad, nt_want_q;
   half_addr_t  nt_addr_q;
   assign si        = gen_p[P_INDEX].s_q;
@@ -119,11 +118,12 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
                                : list_entry_t'(list_line[si.idx[3:1]][25:0]);
   assign from_list = in_list(si.mode, si.level, si.direct);
   assign what      = from_list ? entry.tri_idx : si.idx;
+  assign half      = (si.mode == BOX) ? inst_half(inst_id_t'(what), '0) : what;
   assign last_index = !from_list || entry.last;
   assign act_index = v_q[P_INDEX] && (from_list ? list_hit : 1'b1) && !nt_bad;
-  assign nt_any    = si.mode == TRAV || si.mode == ISECT || in_record(si.mode, si.level);
+  assign nt_any    = si.mode == TRAV || si.mode == ISECT || si.mode == ENTER || in_record(si.mode, si.level);
   assign nt_want   = act_index && nt_any;
-  assign nt_bad    = v_q[P_INDEX] && (from_list ? list_hit : nt_any)
+  assign nt_bad    = v_q[P_INDEX] && (from_list ? list_hit : nt_any) && si.mode != ENTER   // its box was there
                      && what >= ((si.mode == TRAV) ? cfg_i.node_count :
                                  (si.mode == ISECT) ? cfg_i.tri_count : cfg_i.inst_count);
   always_ff @(posedge clk_i) begin
@@ -131,11 +131,11 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
     nt_want_q <= nt_want;
     nt_addr_q <= (si.mode == TRAV) ? {cfg_i.node_base + line_addr_t'(what[IDX_W-1:3]), what[2]}
                                    : {((si.mode == ISECT) ? cfg_i.accel_base : cfg_i.inst_base)
-                                      + line_addr_t'(what[IDX_W-1:1]), what[0]};
+                                      + line_addr_t'(half[IDX_W-1:1]), half[0]};
   end
 
   // ---- P_NT, P_LINE: node/TriAccel cache, and the ray's constants ---------------------------------------------
-  mode_e      mode_line;
+  state_t     sl, sq;                      // also P_QUOT: what a pass ENTER made
   logic       nt_hit, nt_miss;
   logic [1:0] nt_halves, halves_oper_q;
   line_t      nt_line, line_oper_q;
@@ -147,12 +147,11 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
     .lookup_valid_i(nt_want_q), .lookup_addr_i(nt_addr_q),
     .hit_o(nt_hit), .miss_o(nt_miss), .line_o(nt_line), .halves_o(nt_halves),
     .req_valid_o(req_valid_o[0]), .req_ready_i(req_ready_i[0]), .req_addr_o(req_addr_o[0]),
-    .fill_valid_i(fill_valid_i[0]), .fill_ready_o(fill_ready_o[0]), .fill_addr_i, .fill_both_i,
-    .fill_line_i,
+    .fill_valid_i(fill_valid_i[0]), .fill_ready_o(fill_ready_o[0]), .fill_addr_i, .fill_both_i, .fill_line_i,
     .ev_conflict_o(unused_nt[0]), .ev_drop_o(unused_nt[1]), .ev_locked_o(unused_nt[2]), .busy_o(unused_nt[3]));
-  assign mode_line = gen_p[P_LINE].s_q.mode;
-  assign act_line  = a_q[P_LINE] && (nt_hit || mode_line == POP
-                                     || (mode_line == BOX && !in_record(mode_line, gen_p[P_LINE].s_q.level)));
+  assign sl       = gen_p[P_LINE].s_q;
+  assign sq       = gen_p[P_QUOT].s_q;
+  assign act_line = a_q[P_LINE] && (nt_hit || sl.mode == POP || (sl.mode == BOX && !in_record(sl.mode, sl.level)));
   always_ff @(posedge clk_i) {halves_oper_q, line_oper_q} <= {nt_halves, nt_line};
   rc_delay #(.Width(IDX_W), .Depth(P_OPER - P_NT)) u_what (.clk_i, .in_i(what_q), .out_o(what_oper));
 
@@ -167,27 +166,26 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   assign so        = gen_p[P_OPER].s_q;
   // In its first box a ray has no hit yet.
   assign best_oper = (so.mode == BOX && so.level == fresh.level) ? ray_oper.t_max : so.best;
-  // Boxes: the scene's and the static tree's root are registers, those of other trees lie in records.
-  inst_t inst;
-  vec3_t box_lo, box_hi;
-  idx_t  root_oper;
-  logic  unused_inst;
-  assign inst        = inst_t'(what_oper[0] ? line_oper_q[7:4] : line_oper_q[3:0]);
-  assign unused_inst = ^inst;
-  assign box_lo    = (so.level == SCENE) ? cfg_i.box_lo : {inst.lo_z, inst.lo_y, inst.lo_x};
-  assign box_hi    = (so.level == SCENE) ? cfg_i.box_hi : {inst.hi_z, inst.hi_y, inst.hi_x};
-  assign root_oper = (so.level == SCENE) ? cfg_i.root : inst.root;
+  vec3_t     box_lo, box_hi;
+  idx_t      next_oper;
+  logic      placed_oper, skips_oper, placed, skips;
+  ray_axis_t entered;
+  rc_tni_box u_box (
+    .mode_i(so.mode), .level_i(so.level), .line_i(line_oper_q), .inst_i(what_oper), .skip_i(ray_oper.skip.inst),
+    .scene_lo_i(cfg_i.box_lo), .scene_hi_i(cfg_i.box_hi), .scene_root_i(cfg_i.root), .lo_o(box_lo), .hi_o(box_hi),
+    .next_o(next_oper), .placed_o(placed_oper), .skips_o(skips_oper));
   rc_tni_front u_front (
     .clk_i, .box_lo_oper_i(box_lo), .box_hi_oper_i(box_hi), .mode_oper_i(so.mode), .ray_oper_i(ray_oper),
     .line_oper_i(line_oper_q), .halves_oper_i(halves_oper_q), .idx_oper_i(what_oper), .tmin_oper_i(so.tmin),
     .tmax_oper_i(so.tmax), .best_oper_i(best_oper), .stack_tmin_scale_i(stack_scale.tmin), .step1_next1_o(step1_next1),
     .two_oper2_o(two_oper2), .visit2_oper2_o(visit2_oper2), .box_tmin_boxn_o(box_tmin_boxn), .ou_off_o(ou),
-    .ov_off_o(ov), .t_o(t_t), .tdu_td_o(tdu), .tdv_td_o(tdv), .den_zero_den_o(den_zero),
+    .ov_off_o(ov), .t_o(t_t), .tdu_td_o(tdu), .tdv_td_o(tdv), .den_zero_den_o(den_zero), .entered_quot_o(entered),
     .best_le_tmax_step1_o(le_tmax_step1), .best_lt_stack_step1_o(lt_stack_step1));
   rc_tni_back u_back (
     .clk_i, .box_lo_oper_i(box_lo), .box_hi_oper_i(box_hi), .mode_oper_i(so.mode), .ray_oper_i(ray_oper),
     .line_oper_i(line_oper_q), .idx_oper_i(what_oper), .tmax_oper_i(so.tmax), .best_oper_i(best_oper),
-    .best_slack_oper_i(so.slack), .stack_next2_i(stack_next2), .step1_next1_i(step1_next1), .two_oper2_i(two_oper2),
+    .best_slack_oper_i(so.slack), .skips_oper_i(so.skips), .stack_next2_i(stack_next2), .step1_next1_i(step1_next1),
+    .two_oper2_i(two_oper2),
     .visit2_oper2_i(visit2_oper2), .box_tmin_boxn_i(box_tmin_boxn), .ou_off_i(ou), .ov_off_i(ov), .t_i(t_t),
     .tdu_td_i(tdu), .tdv_td_i(tdv), .den_zero_den_i(den_zero), .step_next2_o(step_next2), .two_next2_o(two_next2),
     .step1_next2_o(step1_next2), .pop_next2_o(pop_next2), .best_lt_pop_end_o(best_lt_pop), .box_hit_end_o(box_hit),
@@ -223,34 +221,42 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   // ---- P_END: what the ray does next ----------------------------------------------------------------------------------
   state_t s;
   logic   act, any_hit, opaque, last, hit_valid, enters;
-  idx_t   tri_idx;                         // of a box: the root of its tree
+  idx_t   tri_idx;                         // of a box: the root of its tree, or the first row of a placed object
   mat_t   mat;
   triaccel_t rec_oper;
-  logic   unused_rec;
+  logic   unused;
   back_t  back;
-  assign rec_oper   = triaccel_t'(what_oper[0] ? line_oper_q[7:4] : line_oper_q[3:0]);
-  assign unused_rec = ^rec_oper;
+  surf_t  hit_surf;
+  assign rec_oper = triaccel_t'(what_oper[0] ? line_oper_q[7:4] : line_oper_q[3:0]);
+  assign unused   = ^{rec_oper, sl, sq};
   assign s   = gen_p[P_END].s_q;
   assign act = v_q[P_END] && a_q[P_END];
-  rc_delay #(.Width(2 + MAT_W + IDX_W), .Depth(P_END - P_OPER)) u_tri (
-    .clk_i, .in_i({ray_oper.any_hit, rec_oper.opaque, rec_oper.mat, (so.mode == BOX) ? root_oper : what_oper}),
-    .out_o({any_hit, opaque, mat, tri_idx}));
+  rc_delay #(.Width(4 + MAT_W + IDX_W), .Depth(P_END - P_OPER)) u_tri (
+    .clk_i, .in_i({ray_oper.any_hit, rec_oper.opaque, placed_oper, skips_oper, rec_oper.mat,
+                   (so.mode == BOX || so.mode == ENTER) ? next_oper : what_oper}),
+    .out_o({any_hit, opaque, placed, skips, mat, tri_idx}));
   rc_delay #(.Width(1), .Depth(P_END - P_INDEX)) u_last (.clk_i, .in_i(last_index), .out_o(last));
   assign hit_valid = act && s.mode == ISECT && accept;
+  assign hit_surf  = '{inst: (s.level == OBJECT) ? back.inst : NOT_PLACED, tri_idx: tri_idx};
   rc_tni_next u_next (
     .state_i(s), .act_i(act), .step_i(step), .pop_i(pop), .pushed_i(pushed), .popped1_i(popped1_end), .root_i(tri_idx),
+    .placed_i(placed), .skips_i(skips),
     .last_i(last), .back_i(back), .box_hit_i(box_hit), .box_tmin_i(box_tmin), .box_tmax_i(box_tmax), .accept_i(accept),
     .over_i(any_hit && opaque), .t_i(t), .slack_i(slack), .t_le_tmax_i(t_le_tmax), .best_le_tmax_i(best_le_tmax),
     .best_lt_stack_i(best_lt_stack), .best_lt_pop_i(best_lt_pop), .next_o(next), .enters_o(enters), .done_o(next_done));
   rc_ram_1r1w #(.Width($bits(back_t)), .Depth(1 << SLOT_W)) u_back_to (
-    .clk_i, .we_i(enters), .waddr_i(s.slot), .wdata_i({last, s.idx + 1'b1, s.sp}),
+    .clk_i, .we_i(enters), .waddr_i(s.slot),
+    .wdata_i({last, s.idx + 1'b1, s.sp, placed ? tri_idx[HALF_IDX_W+:INST_W] : NOT_PLACED}),
     .re_i(v_q[P_END-1] && gen_p[P_END-1].s_q.level == OBJECT), .raddr_i(gen_p[P_END-1].s_q.slot), .rdata_o(back));
 
   rc_tni_rays u_rays (
     .clk_i, .rst_ni, .in_valid_i, .in_ready_o, .in_i, .out_valid_o, .out_ready_i, .out_o,
     .enter_valid_o(enter_valid), .enter_ready_i(!loops), .enter_slot_o(enter_slot),
-    .rd_valid_i(v_q[P_LINE]), .rd_slot_i(gen_p[P_LINE].s_q.slot), .rd_ray_o(ray_oper),
-    .hit_valid_i(hit_valid), .hit_slot_i(s.slot), .hit_tri_i(tri_idx), .hit_opaque_i(opaque), .hit_mat_i(mat),
+    .rd_valid_i(v_q[P_LINE]), .rd_slot_i(sl.slot),
+    .rd_object_i(sl.placed && sl.level == OBJECT && (sl.mode == TRAV || sl.mode == ISECT)), .rd_ray_o(ray_oper),
+    .axis_valid_i(v_q[P_QUOT] && a_q[P_QUOT] && sq.mode == ENTER), .axis_slot_i(sq.slot),
+    .axis_row_i(sq.idx[HALF_IDX_W-1:0]), .axis_i(entered),
+    .hit_valid_i(hit_valid), .hit_slot_i(s.slot), .hit_surf_i(hit_surf), .hit_opaque_i(opaque), .hit_mat_i(mat),
     .hit_beta_i(beta), .hit_gamma_i(gamma),
     .done_valid_i(v_q[P_TOP] && done_q), .done_slot_i(gen_p[P_TOP].s_q.slot), .done_hit_i(gen_p[P_TOP].s_q.hit),
     .done_t_i(gen_p[P_TOP].s_q.best));
@@ -269,7 +275,7 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
   end
   always_comb begin
     ev_o           = '0;
-    ev_o.box       = act && (s.mode == BOX || s.mode == POP);
+    ev_o.box       = act && (s.mode == BOX || s.mode == POP || s.mode == ENTER);
     ev_o.trav1     = act && s.mode == TRAV && !two;
     ev_o.trav2     = act && s.mode == TRAV && two;
     ev_o.isect     = act && s.mode == ISECT;

@@ -48,7 +48,9 @@ package rc_tni_pkg;
   localparam int unsigned P_TOP   = P_END + 1;                      // P21 back to the top
 
   // ---- state of a ray that goes round the ring ------------------------------------------------------
-  typedef enum logic [1:0] {BOX = 2'd0, TRAV = 2'd1, ISECT = 2'd2, POP = 2'd3} mode_e;
+  // ENTER: into the coordinates of a placed object, a row of its rotation in a pass.
+  typedef enum logic [2:0] {BOX = 3'd0, TRAV = 3'd1, ISECT = 3'd2, POP = 3'd3, ENTER = 3'd4} mode_e;
+  localparam int unsigned MODE_W = $bits(mode_e);
 
   // Which tree. BOX in level OBJECT: idx names the object that may be entered next.
   typedef enum logic [1:0] {SCENE = 2'd0, TOP = 2'd1, OBJECT = 2'd2} level_e;
@@ -57,8 +59,10 @@ package rc_tni_pkg;
     slot_t           slot;      // where its constants, stack and hit are kept
     mode_e           mode;
     level_e          level;
+    logic            placed;    // TRAV, ISECT in level OBJECT: the ray in the object's coordinates is meant
+    logic            skips;     // the triangle that the ray leaves from is in this tree
     logic            direct;    // ISECT: idx is the triangle itself, BOX: the instance; not a list index
-    idx_t            idx;       // node, list entry, triangle or instance
+    idx_t            idx;       // node, list entry, triangle or instance; ENTER: half of a line, from INST_BASE
     fp_t             tmin;      // interval in the current node
     fp_t             tmax;
     fp_t             best;      // nearest hit so far, at first the ray's t_max
@@ -71,13 +75,20 @@ package rc_tni_pkg;
   // Constants of a ray, read by slot.
   typedef struct packed {
     logic  any_hit;
-    idx_t  skip;
+    surf_t skip;
     fp_t   t_min;
     fp_t   t_max;
     vec3_t inv_dir;
     vec3_t dir;
     vec3_t org;
   } ray_const_t;
+
+  // A component of a ray in an object's coordinates.
+  typedef struct packed {
+    fp_t inv_dir;
+    fp_t dir;
+    fp_t org;
+  } ray_axis_t;
 
   // 72 bits, as the paper's 36 KB of stacks: four pipelines x 32 rays x 32 levels.
   typedef struct packed {
@@ -100,7 +111,16 @@ package rc_tni_pkg;
     logic            last;      // no other object in that leaf of the top-level tree
     idx_t            idx;       // next list entry
     logic [SP_W-1:0] base;      // stack entries of the top-level tree
+    inst_id_t        inst;      // the object, if it is placed
   } back_t;
+
+  localparam int unsigned INST_HALVES = 2 * INST_LINES;
+  localparam int unsigned HALF_IDX_W  = $clog2(INST_HALVES);
+  localparam logic [HALF_IDX_W-1:0] ROW_FIRST = HALF_IDX_W'(1), ROW_LAST = HALF_IDX_W'(3);   // halves with inst_row_t
+
+  function automatic idx_t inst_half(inst_id_t inst, logic [HALF_IDX_W-1:0] half);   // from INST_BASE
+    return idx_t'({inst, half});
+  endfunction
 
   // Where a traversal step leads.
   typedef enum logic [1:0] {GO_NODE = 2'd0, GO_LEAF = 2'd1, GO_POP = 2'd2} go_e;

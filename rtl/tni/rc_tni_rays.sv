@@ -2,7 +2,7 @@
 // The rays of one pipeline: input buffer, constants, hits, output buffer. 32 slots, one a ray; a ray
 // holds its slot from the moment it comes in until its hit leaves, so nothing here can overflow.
 //   in    constants to RAM, slot to the queue of rays that wait for the ring
-//   ring  constants read by slot (one cycle), hits written by slot
+//   ring  constants read by slot (one cycle), those in an object's coordinates written and read likewise; hits written by slot
 //   out   finished slots wait in a queue; hit and index are read back and the slot is free again
 module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
   input  logic       clk_i,
@@ -19,10 +19,15 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
   output slot_t      enter_slot_o,
   input  logic       rd_valid_i,
   input  slot_t      rd_slot_i,
+  input  logic       rd_object_i,          // in the coordinates of the placed object that it entered last
   output ray_const_t rd_ray_o,             // one cycle later
+  input  logic       axis_valid_i,         // ENTER: a component of that
+  input  slot_t      axis_slot_i,
+  input  logic [HALF_IDX_W-1:0] axis_row_i,
+  input  ray_axis_t  axis_i,
   input  logic       hit_valid_i,          // a nearer hit
   input  slot_t      hit_slot_i,
-  input  idx_t       hit_tri_i,
+  input  surf_t      hit_surf_i,
   input  logic       hit_opaque_i,
   input  mat_t       hit_mat_i,
   input  fp_t        hit_beta_i,
@@ -34,13 +39,15 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
 );
   localparam int unsigned SLOTS = 1 << SLOT_W;
   typedef struct packed {slot_t slot; logic hit; fp_t t;} outcome_t;
-  typedef struct packed {logic opaque; mat_t mat; idx_t tri_idx; fp_t beta; fp_t gamma;} where_t;
+  typedef struct packed {logic opaque; mat_t mat; surf_t surf; fp_t beta; fp_t gamma;} where_t;
   typedef struct packed {ray_id_t id; logic any_hit;} name_t;
 
   // ---- in ---------------------------------------------------------------------------------------------
   logic        slot_valid, in_fire, free_valid;
   slot_t       slot, free_slot;
-  ray_const_t  in_const;
+  ray_const_t  in_const, rd_scene;
+  ray_axis_t [2:0] rd_axis;
+  logic        rd_object_q;
   logic [SLOT_W:0] free_count_unused, wait_count_unused, done_count_unused;
   logic        wait_ready, done_ready;
   assign in_ready_o = slot_valid;
@@ -55,7 +62,18 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
     .out_valid_o(enter_valid_o), .out_ready_i(enter_ready_i), .out_data_o(enter_slot_o), .count_o(wait_count_unused));
   rc_ram_1r1w #(.Width($bits(ray_const_t)), .Depth(SLOTS)) u_const (
     .clk_i, .we_i(in_fire), .waddr_i(slot), .wdata_i(in_const), .re_i(rd_valid_i), .raddr_i(rd_slot_i),
-    .rdata_o(rd_ray_o));
+    .rdata_o(rd_scene));
+  for (genvar i = 0; i < 3; i++) begin : gen_axis
+    rc_ram_1r1w #(.Width($bits(ray_axis_t)), .Depth(SLOTS)) u_axis (
+      .clk_i, .we_i(axis_valid_i && axis_row_i == ROW_FIRST + HALF_IDX_W'(i)), .waddr_i(axis_slot_i), .wdata_i(axis_i),
+      .re_i(rd_valid_i && rd_object_i), .raddr_i(rd_slot_i), .rdata_o(rd_axis[i]));
+  end
+  always_ff @(posedge clk_i) rd_object_q <= rd_object_i;
+  always_comb begin
+    rd_ray_o = rd_scene;
+    if (rd_object_q)
+      for (int i = 0; i < 3; i++) {rd_ray_o.inv_dir[i], rd_ray_o.dir[i], rd_ray_o.org[i]} = rd_axis[i];
+  end
 
   // ---- out: a finished slot is read, then offered -----------------------------------------------------------
   outcome_t    done;
@@ -72,7 +90,7 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
   assign free_slot  = done.slot;
   rc_ram_1r1w #(.Width($bits(where_t)), .Depth(SLOTS)) u_where (
     .clk_i, .we_i(hit_valid_i), .waddr_i(hit_slot_i),
-    .wdata_i({hit_opaque_i, hit_mat_i, hit_tri_i, hit_beta_i, hit_gamma_i}),
+    .wdata_i({hit_opaque_i, hit_mat_i, hit_surf_i, hit_beta_i, hit_gamma_i}),
     .re_i(read), .raddr_i(done.slot), .rdata_o(where));
   rc_ram_1r1w #(.Width($bits(name_t)), .Depth(SLOTS)) u_name (
     .clk_i, .we_i(in_fire), .waddr_i(slot), .wdata_i({in_i.id, in_i.any_hit}),
@@ -84,9 +102,9 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
     if (read) {out_hit_q, out_t_q} <= {done.hit, done.t};
   end
   always_comb begin
-    out_o = '{id: name.id, any_hit: name.any_hit, hit: out_hit_q, opaque: 1'b0, mat: '0, tri_idx: TRI_NONE, t: out_t_q,
+    out_o = '{id: name.id, any_hit: name.any_hit, hit: out_hit_q, opaque: 1'b0, mat: '0, surf: SURF_NONE, t: out_t_q,
               beta: FP_ZERO, gamma: FP_ZERO};
-    if (out_hit_q) {out_o.opaque, out_o.mat, out_o.tri_idx, out_o.beta, out_o.gamma} = where;
+    if (out_hit_q) {out_o.opaque, out_o.mat, out_o.surf, out_o.beta, out_o.gamma} = where;
   end
 
 `ifndef SYNTHESIS

@@ -215,7 +215,8 @@ module rc_core import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg::*; imp
   logic [7:0][31:0] wr_data;
   logic [7:0]       wr_strb;
   assign shade_cfg = '{
-    info_base: setup_i.info_base, uv_base: setup_i.uv_base, tex_base: setup_i.tex_base, mip_bias: setup_i.mip_bias,
+    info_base: setup_i.info_base, inst_base: setup_i.tree.inst_base, uv_base: setup_i.uv_base,
+    tex_base: setup_i.tex_base, mip_bias: setup_i.mip_bias,
     trilinear: setup_i.trilinear, max_depth: setup_i.max_depth, min_weight: setup_i.min_weight,
     mat_count: setup_i.mat_count[8:0], light_count: setup_i.light_count[4:0],
     shadows: setup_i.shadows, background: setup_i.background

@@ -38,7 +38,7 @@ module rc_setup_check import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg:
   assign lines = {(lines_t'(setup_i.tree.tri_count) + lines_t'(1)) >> 1,      // 32
                   (lines_t'(setup_i.ref_count) + lines_t'(3)) >> 2,           // 16
                   (lines_t'(setup_i.tree.tri_count) + lines_t'(1)) >> 1,      // 32
-                  (lines_t'(setup_i.tree.inst_count) + lines_t'(1)) >> 1,     // 32
+                  lines_t'(setup_i.tree.inst_count) << $clog2(INST_LINES),    // 256
                   lines_t'(setup_i.tex_lines),
                   (lines_t'(setup_i.uv_count) + lines_t'(1)) >> 1,            // 32-byte records
                   lines_t'(setup_i.light_count),                              // 64
@@ -91,6 +91,7 @@ module rc_setup_check import rc_pkg::*; import rc_mem_pkg::*; import rc_top_pkg:
       if (p1_over_q[w] && used[w]) {bad, bad_reg} = {1'b1, BASE_REG[w]};
     if (render_i) begin
       if (setup_i.light_count > 16'(MAX_LIGHTS)) {bad, bad_reg} = {1'b1, 32'h7C};
+      if (setup_i.tree.inst_count > IDX_W'(1 << INST_W)) {bad, bad_reg} = {1'b1, 32'h244};
       if (setup_i.mat_count == '0 || setup_i.mat_count > 16'(MAX_MATERIALS)) {bad, bad_reg} = {1'b1, 32'h74};
       if (!build_i && setup_i.tree.root >= setup_i.tree.node_count) {bad, bad_reg} = {1'b1, 32'h58};
     end

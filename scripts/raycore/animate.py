@@ -31,7 +31,7 @@ class Frame:
             f"{self.time:.3f}",
             f"{b['triangles']:,}",
             f"{b['cycles']:,}",
-            f"{b['cycles_per_triangle']:.1f}",
+            "-" if b["cycles_per_triangle"] is None else f"{b['cycles_per_triangle']:.1f}",
             f"{v['render_cycles']:,}",
             f"{v['rays_per_cycle_per_rtu']:.4f}",
             *(() if self.check is None else ("same" if self.check.same else "DIFFERS",)),
@@ -91,7 +91,7 @@ def summary(frames, checked):
     means = ("build_cycles", "build_cycles_per_triangle", "render_cycles", "rays_per_cycle")
     return {
         "frames": rows,
-        "mean": {name: sum(r[name] for r in rows) / len(rows) for name in means},
+        "mean": {n: None if rows[0][n] is None else sum(r[n] for r in rows) / len(rows) for n in means},
         "config": frames[0].values["config"],
     }
 

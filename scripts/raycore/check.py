@@ -49,7 +49,7 @@ def expected_hits(frame):
     out = np.zeros(len(frame.log), sim.HIT_DTYPE)
     pixel = np.repeat(np.arange(frame.tri.size), np.diff(frame.start))
     out["y"], out["x"] = np.divmod(pixel, frame.tri.shape[1])
-    for name in ("kind", "light", "hit", "depth"):
+    for name in ("kind", "light", "hit", "depth", "inst"):
         out[name] = frame.log[name]
     out["tri"] = np.where(frame.log["tri"] < 0, tracer.TRI_NONE, frame.log["tri"])
     for name in ("t", "beta", "gamma"):
@@ -85,7 +85,8 @@ def compare_rtl(result, frame):
     differs = {name: ours[name] != theirs[name] for name in ("kind", "depth", "hit")}
     differs["light"] = shadow & (ours["light"] != theirs["light"])
     # Where nothing was hit, distance and weights mean nothing; nor does the triangle of a shadow ray.
-    differs["tri"] = (ours["tri"] != theirs["tri"]) & ((ours["hit"] == 1) | ~shadow)
+    for name in ("tri", "inst"):
+        differs[name] = (ours[name] != theirs[name]) & ((ours["hit"] == 1) | ~shadow)
     for name in ("t", "beta", "gamma"):
         differs[name] = (ours[name] != theirs[name]) & (ours["hit"] == 1)
     bad = np.logical_or.reduce(list(differs.values()))
@@ -145,9 +146,10 @@ def same_rays(a, b):
     rays = np.diff(a.start)
     same = rays == np.diff(b.start)
     which = np.repeat(np.flatnonzero(same), rays[same])
-    one, other = (f.log[np.repeat(same, np.diff(f.start))] for f in (a, b))
+    mine = [np.repeat(same, np.diff(f.start)) for f in (a, b)]
+    one, other = (f.log[m] for f, m in zip((a, b), mine))
     differs = np.logical_or.reduce([one[name] != other[name] for name in ("kind", "light", "depth", "hit")])
-    differs |= (one["tri"] != other["tri"]) & (one["kind"] != SHADOW)
+    differs |= (a.log_tri[mine[0]] != b.log_tri[mine[1]]) & (one["kind"] != SHADOW)
     same[which[differs]] = False
     return same.reshape(a.tri.shape)
 

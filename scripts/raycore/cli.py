@@ -238,8 +238,9 @@ def render(
     ] = Engine.rtl,
     tree: Annotated[
         TreeBuilder,
-        typer.Option(help="host: exact SAH with clipping; model: the tree that the tree-building unit makes; "
-            "rtl: the unit builds it, in the same run of the hardware, before the picture."),
+        typer.Option(help="host: exact SAH with clipping, one tree over everything; model: the tree that the tree-building unit "
+            "makes; rtl: the unit builds it, in the same run of the hardware, before the picture. By these two, dynamic objects "
+            "have trees of their own, which rigid ones share."),
     ] = TreeBuilder.host,
     accel: Annotated[
         RecordMaker,
@@ -514,8 +515,9 @@ def animate(
     out = Console(highlight=False, width=max(100, Console().width) if not sys.stdout.isatty() else None)
     out.print(table)
     m = values["mean"]
+    each = m["build_cycles_per_triangle"]  # None: only trees over boxes
     out.print(
-        f"mean: {m['build_cycles']:,.0f} cycles to build, {m['build_cycles_per_triangle']:.1f} a triangle; "
+        f"mean: {m['build_cycles']:,.0f} cycles to build{'' if each is None else f', {each:.1f} a triangle'}; "
         f"{m['render_cycles']:,.0f} to render, {m['rays_per_cycle']:.4f} rays per cycle"
     )
     out.print(f"wrote {frames} pictures and animation.png to {output}", markup=False, soft_wrap=True)

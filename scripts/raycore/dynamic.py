@@ -12,7 +12,7 @@ import numpy as np
 from raycore import objects, render, sim, tbu
 from raycore.check import STEPS, Exact, compare_rtl
 from raycore.errors import OptionError, SimError
-from raycore.image import View, build_geometry, build_image, pack_instances, region_words
+from raycore.image import INSTANCE_WORDS, View, build_geometry, build_image, pack_instances, region_words
 from raycore.model import tbu as model
 from raycore.model.tbu_memory import compare, walk_memory
 
@@ -56,7 +56,8 @@ def render_frame(geometry, view=None, memory=None, hits=False, keep_memory=False
 
 
 def _render_objects(geometry, view, factor, memory, hits, keep_memory, simulation):
-    """`render_frame` with dynamic objects. The host puts the roots of finished trees into the instances' records."""
+    """`render_frame` with dynamic objects. The host puts the roots of finished trees into the instances' records, beside those of
+    its own, which are known before."""
     params = geometry.tree.params
     image = build_image(geometry, view, room=objects.room(geometry.objects, params.cap, factor))
     data, roots, stats = image.memory, [], []
@@ -75,7 +76,7 @@ def _render_objects(geometry, view, factor, memory, hits, keep_memory, simulatio
         data = built.memory
         roots.append(built.stats["counters"]["TBU_ROOT"])
         stats.append(built.stats)
-    records = pack_instances([roots[-1], *roots[:-1]], geometry.objects.boxes).astype("<u8").reshape(-1).view("u1")
+    records = pack_instances(geometry.objects.roots(roots), geometry.objects).astype("<u8").reshape(-1).view("u1")
     data[image.regions["instances"][0] :][: records.size] = records
     rendered = render.render(
         replace(image, memory=data), "rtl", memory, hits, tbu=True, cap=params.cap, keep_memory=keep_memory, **simulation
@@ -125,9 +126,10 @@ def _compare_trees(rendered):
         return compare(tbu.model_tree(tbu.references(geometry.unit, geometry.opaque), params), found), found.jumps
     low, _ = rendered.image.regions["instances"]
     words = rendered.result.memory[low:][: objects.INSTANCE_BYTES * len(geometry.objects.boxes)].view("<u8")
-    roots = (words[::4] & 0xFFFFFF).astype(int).tolist()
+    roots = (words[::INSTANCE_WORDS] & 0xFFFFFF).astype(int).tolist()
     difference, jumps = None, 0
-    for part, root in zip(geometry.objects.parts, [*roots[1:], roots[0]]):
+    built = len(geometry.objects.parts)
+    for part, root in zip(geometry.objects.parts, [*roots[1:built], roots[0]]):  # the trees of placed objects are the host's
         found = _read_tree(rendered, root, part.refs.box)
         differs = compare(part.tree(params), found)
         difference = difference or (differs and f"{part.name}, {differs}")

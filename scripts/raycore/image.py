@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0 WITH SHL-2.1
 """From a scene and a view to what the hardware is given: bytes in memory and values of registers.
 
-The layouts below are those of `rtl/rc_pkg.sv` (node_t, list_entry_t, triaccel_t, inst_t, tri_info_t, light_t, material_t, optics_t,
-tri_uv_t), lowest bit first; tests/test_image.py reads that file and fails where the two part. docs/seams.md says what the
-records mean.
+The layouts here and in `objects` are those of `rtl/rc_pkg.sv` (node_t, list_entry_t, triaccel_t, inst_t, inst_row_t, place_t,
+tri_info_t, light_t, material_t, optics_t, tri_uv_t), lowest bit first; tests/test_image.py reads that file and fails where the
+two part. docs/seams.md says what the records mean.
 """
 
 import math
@@ -15,7 +15,19 @@ import numpy as np
 from raycore import accel, kdtree, regs, tbu, texture, triaccel
 from raycore.errors import OptionError, SceneError
 from raycore.model import fp24, pixbuf, rgen
-from raycore.objects import INSTANCE, Objects, Room, by_model, instance_fields, plan_objects
+from raycore.objects import (
+    INSTANCE,
+    INSTANCE_ROW,
+    INSTANCE_WORDS,
+    PLACE,
+    Objects,
+    Room,
+    by_model,
+    instance_fields,
+    place_fields,
+    plan_objects,
+    stored,
+)
 from raycore.scene import Camera, Light, Normalised, Scene, default_camera, default_lights, normalise
 
 WORD_BITS = 60  # used bits of a 64-bit word in memory
@@ -153,7 +165,11 @@ def _pack_columns(layout, names, table, **more):
 
 @dataclass
 class Geometry:
-    """A scene made ready: normalised mesh, tree, and the records of its triangles."""
+    """A scene made ready: normalised mesh, tree, and the records of its triangles.
+
+    kept: the scene as memory holds it, where placed objects share what is theirs (`objects.stored`); otherwise `scene` itself.
+    unit and all records follow its triangles, N of them; `offsets` leads from their numbers to those of the scene.
+    """
 
     scene: Scene
     unit: Normalised
@@ -167,6 +183,21 @@ class Geometry:
     seconds: dict  # of each step
     objects: Objects | None = None  # dynamic ones with trees of their own; then `tree` holds all of the trees
     roots: list | None = None  # of the instances, if the trees are there
+    kept: Scene | None = None
+
+    def __post_init__(self):
+        self.kept = self.kept or self.scene
+
+    @property
+    def rows(self):
+        """Number in memory of each triangle of the scene: (triangles,) int64."""
+        out = np.arange(len(self.scene.triangles))
+        return out if self.objects is None else out - self.offsets[self.scene.objects]
+
+    @property
+    def offsets(self):
+        """What to add to a triangle's number in memory, by the placed object that it is in: (instances,) int64."""
+        return np.zeros(1, np.int64) if self.objects is None else self.objects.offsets
 
 
 def material_table(materials, textured=True):
@@ -265,25 +296,26 @@ def build_geometry(scene, params=None, in_hardware=False):
     dynamic = by_unit and scene.objects is not None
     build_tree = tbu.no_tree if in_hardware or dynamic else tbu.build_tree
     unit = tbu.snap(scene) if by_unit else normalise(scene)
+    kept, kept_unit, places = stored(scene, unit) if dynamic else (scene, unit, [])
     normalised = time.perf_counter()
     tree = build_tree(unit, params) if by_unit else kdtree.build(unit.triangles, unit.dropped, params)
     built = time.perf_counter()
-    fields, uv, blocks, notes = _textures(scene, unit)
+    fields, uv, blocks, notes = _textures(kept, kept_unit)
     textured = time.perf_counter()
     materials = _materials(scene, fields)
-    opaque = _opaque(materials)[scene.face_material]
+    opaque = _opaque(materials)[kept.face_material]
     tree.lists &= ~np.where(opaque[tree.lists & LIST_TRIANGLE], 0, LIST_OPAQUE).astype(np.uint32)
-    things, roots = (plan_objects(scene, unit, opaque) if dynamic else None), None
+    things, roots = (plan_objects(scene, unit, kept_unit, places, opaque) if dynamic else None), None
     if dynamic and not in_hardware:
         nodes, lists, roots = by_model(things, tree.params)
         tree = replace(tree, nodes=nodes, lists=lists, root=things.static.root)
     make_info = accel.triangle_info if by_unit else triaccel.triangle_info
-    info = make_info(unit if by_unit else unit.triangles, scene.normals)
+    info = make_info(kept_unit if by_unit else unit.triangles, kept.normals)
     columns = np.concatenate((info.vertex, info.normal, info.n0, info.dn1, info.dn2), axis=1)
-    info_words = _pack_columns(TRI_INFO, INFO_COLUMNS, columns, mat=scene.face_material)
+    info_words = _pack_columns(TRI_INFO, INFO_COLUMNS, columns, mat=kept.face_material)
     return Geometry(
         scene,
-        unit,
+        kept_unit,
         tree,
         info_words,
         materials,
@@ -299,6 +331,7 @@ def build_geometry(scene, params=None, in_hardware=False):
         },
         things,
         roots,
+        kept,
     )
 
 
@@ -445,9 +478,40 @@ def _builder_registers(geometry, regions, room):
     }
 
 
-def pack_instances(roots, boxes):
-    """Records of the top-level tree and the objects: (K, 4) uint64."""
-    return pack_records(INSTANCE, instance_fields(roots, boxes))
+def pack_instances(roots, things):
+    """Records of the top-level tree and the objects: (K, 32) uint64. roots: of all of them; things: `objects.Objects`."""
+    first = len(things.boxes) - len(things.places)  # placed object
+    words = np.zeros((len(things.boxes), INSTANCE_WORDS), np.uint64)
+    words[:, :4] = pack_records(INSTANCE, instance_fields(roots, things.boxes, np.arange(len(words)) >= first))
+    if things.places:
+        rotation, origin = np.stack([p.rotation for p in things.places]), np.stack([p.origin for p in things.places])
+        *rows, place = place_fields(rotation, origin, roots[first:])
+        for i, row in enumerate(rows, 1):
+            words[first:, 4 * i : 4 * i + 4] = pack_records(INSTANCE_ROW, row)
+        words[first:, 16:24] = pack_records(PLACE, place)
+    return words
+
+
+def _snapped_records(geometry, eye):
+    """TriAccel records of a snapped geometry, and their edge slack. eye (3,), in the unit box.
+
+    Edge slack grows with the distance of the eye, which stands elsewhere for each object that shares a shape: a triangle gets
+    the greatest slack that one of them needs.
+    """
+    unit, things = geometry.unit, geometry.objects
+    view = accel.slack(eye, geometry.tree.bounds)
+    rec, _, slack = accel.records(unit, view)
+    vertices = accel.grid(unit)
+    for shape in things.shapes if things is not None else ():
+        mine = slice(shape.first, shape.last)
+        eyes = [(eye - p.origin) @ p.rotation for p in things.places if p.shape is shape]
+        views = [replace(accel.slack(e, geometry.tree.bounds), least=view.least) for e in eyes]
+        factors = np.stack([accel.model.slack_factors(vertices[mine], v) for v in views])
+        for i in np.unique(most := factors.argmax(axis=0)):
+            these = np.arange(shape.first, shape.last)[most == i]
+            part, _, slack[these] = accel.records(replace(unit, triangles=unit.triangles[these]), views[i])
+            rec.eps_code[these] = part.eps_code
+    return rec, slack
 
 
 def _trees(geometry, room):
@@ -457,8 +521,8 @@ def _trees(geometry, room):
         return tree.nodes.astype("<u8"), tree.lists.astype("<u4")
     nodes, lists = np.zeros(room.nodes, "<u8"), np.zeros(room.entries, "<u4")
     if things is not None:
-        nodes[: things.static.nodes.size] = things.static.nodes
-        lists[: things.static.lists.size] = things.static.lists
+        nodes[: things.nodes.size] = things.nodes
+        lists[: things.lists.size] = things.lists
     return nodes, lists
 
 
@@ -474,17 +538,16 @@ def build_image(scene, view=None, params=None, room=None, records=False):
     geometry = scene if isinstance(scene, Geometry) else None
     view = complete_view(geometry.scene if geometry else scene, view or View())
     geometry = geometry or build_geometry(scene, params)
-    unit, tree, scene = geometry.unit, geometry.tree, geometry.scene
+    unit, tree, scene, kept = geometry.unit, geometry.tree, geometry.scene, geometry.kept
     arguments = camera_arguments(view.camera, unit, view.width, view.height)
     lights = fp24.round_to_fp24(light_table(view.lights, unit))
     snapped = isinstance(tree.params, tbu.Params)
-    seen_from = accel.slack(arguments[0], tree.bounds) if snapped else None
     if snapped:
-        rec, _, slack = accel.records(unit, seen_from)
+        rec, slack = _snapped_records(geometry, arguments[0])
     else:
         slack = edge_slack(arguments[0], tree.bounds, unit.triangles)
         rec = triaccel.records(unit.triangles, unit.dropped, slack)
-    words = triaccel.pack(rec, scene.face_material, geometry.opaque)
+    words = triaccel.pack(rec, kept.face_material, geometry.opaque)
     things = geometry.objects
     nodes, lists = _trees(geometry, room)
     parts = {
@@ -498,13 +561,13 @@ def build_image(scene, view=None, params=None, room=None, records=False):
         "textures": geometry.textures.astype("<u8"),
     }
     if things is not None:
-        roots = geometry.roots or [0] * len(things.boxes)  # known when they are built
-        parts["instances"] = pack_instances(roots, things.boxes).astype("<u8")
+        roots = geometry.roots or things.roots([0] * len(things.parts))  # those are known when they are built
+        parts["instances"] = pack_instances(roots, things).astype("<u8")
     if room is not None or records:
         vertices = tbu.vertex_records(unit, geometry.opaque) if things is None else room.vertices()
         parts["vertices"] = vertices.astype("<u8")
     if records:
-        parts["attributes"] = accel.attribute_records(scene.normals, scene.face_material).astype("<u8")
+        parts["attributes"] = accel.attribute_records(kept.normals, kept.face_material).astype("<u8")
     if room is not None:
         parts["working"] = np.zeros(room.bytes["working"], np.uint8)
     stride = -(-4 * view.width // 32) * 32
@@ -560,6 +623,7 @@ def build_image(scene, view=None, params=None, room=None, records=False):
     elif room is not None:
         registers |= _builder_registers(geometry, regions, room)
     if records:
+        seen_from = accel.slack(arguments[0], tree.bounds)
         eye = {f"ACCEL_EYE_{a}": e & 0xFFFF for a, e in zip("XYZ", seen_from.eye)}
         registers |= {"ATTR_BASE": regions["attributes"][0], "ACCEL_SLACK": seen_from.least} | eye
         registers["VERTEX_BASE"] = regions["vertices"][0]

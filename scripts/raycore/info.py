@@ -5,7 +5,9 @@ import time
 
 import numpy as np
 
+from raycore import tbu
 from raycore.image import OPTICS, build_geometry, build_image, unpack_records
+from raycore.objects import stored
 from raycore.scene import compact_textures, load_scene, without_textures
 
 
@@ -35,6 +37,19 @@ def _textures(geometry):
     ]
 
 
+def _objects(scene):
+    """What a scene's dynamic objects are, and how many triangles memory holds of it where the unit builds; None: it has none."""
+    if scene.objects is None:
+        return None
+    kept, _, places = stored(scene, tbu.snap(scene))
+    return {
+        "built": int(scene.objects.max()) - len(places),
+        "placed": len(places),
+        "shapes": len({id(p.shape) for p in places}),
+        "triangles_in_memory": len(kept.triangles),
+    }
+
+
 def scene_info(name, textures=True, compact=False):
     """Figures of a scene, by name, ready for JSON. textures, compact: as options of `raycore render`. Raises: SceneError."""
     began = time.perf_counter()
@@ -57,6 +72,7 @@ def scene_info(name, textures=True, compact=False):
         "triangles": len(scene.triangles),
         "without_area": int(np.count_nonzero(geometry.unit.dropped)),
         "bounds": scene.bounds.tolist(),
+        "objects": _objects(scene),
         "half_size": 2.0**geometry.unit.scale_exp,
         "materials": len(scene.materials),
         "materials_by_kind": kinds,
@@ -91,6 +107,7 @@ def rows(values):
             (f"texture {i}", f"{t['name']}, {t['size'][0]}x{t['size'][1]}, {t['levels']} levels, {t['format']}")
             for i, t in enumerate(v["textures"])
         ),
+        *([("dynamic objects", _moving(v["objects"]))] if v["objects"] else []),
         ("in the file", f"{v['lights_in_file']} lights, {'a' if v['camera_in_file'] else 'no'} camera"),
         ("default depth", f"{v['default_depth']} bounces"),
         ("nodes", f"{v['nodes']:,} and {v['padding_nodes']:,} of padding"),
@@ -102,6 +119,13 @@ def rows(values):
     ]
     out += [(f"bytes, {region}", f"{size:,}") for region, size in v["bytes"].items()]
     return out + [(f"seconds, {step}", f"{s:.2f}") for step, s in v["seconds"].items()]
+
+
+def _moving(entry):
+    text = f"{entry['built']} built for each picture"
+    if entry["placed"]:
+        text += f", {entry['placed']} placed, of {entry['shapes']} shapes: {entry['triangles_in_memory']:,} triangles in memory"
+    return text
 
 
 def _kind(kind, entry):

@@ -2,11 +2,16 @@
 """Scenes with dynamic objects (paper Sec. 3.7, docs/tni.md): a static tree made once, a tree for each object that the
 tree-building unit makes anew in every frame, and a top-level tree over the objects' boxes, made in the same way.
 
-Triangles are sorted: the static ones first, then object by object. All trees lie in the same node and list regions, the static
-one first, and indices count from the regions' beginning.
+Rigid objects are *placed*: tree and records stand in coordinates of their own, are made once by the host, and are shared by
+objects of equal shape; of a frame are only their instance records and the top-level tree.
+
+Triangles are sorted: the static ones first, then object by object, the rigid ones last; in memory each shape takes the place of
+the rigid objects' triangles once. All trees lie in the same node and list regions, the host's first, and indices count from the
+regions' beginning.
 """
 
-from dataclasses import dataclass, replace
+import hashlib
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,13 +25,31 @@ from raycore.model.tbu_memory import emit
 MAX_OBJECTS = 256
 MARGIN = 2.0**-10  # boxes are enlarged by this much, as the scene's is
 GRID = 2.0**-17
+SHAPE_PARAMS = kdtree.Params(max_depth=kdtree.MAX_DEPTH - 8)  # a ray's stack holds the top-level tree's nodes too
 INSTANCE = (
-    *(("root", 24), ("lo_x", 24), ("zero0", 12)),
+    *(("root", 24), ("lo_x", 24), ("placed", 1), ("zero0", 11)),
     *(("lo_y", 24), ("lo_z", 24), ("zero1", 12)),
     *(("hi_x", 24), ("hi_y", 24), ("zero2", 12)),
     *(("hi_z", 24), ("zero3", 36)),
 )  # inst_t of rtl/rc_pkg.sv
-INSTANCE_BYTES, LINE_BYTES = 32, 64
+INSTANCE_ROW = (
+    *(("r_x", 24), ("r_y", 24), ("zero0", 12)),
+    *(("c_x", 24), ("c_y", 24), ("zero1", 12)),
+    *(("c_z", 24), ("r_z", 24), ("zero2", 12)),
+    *(("root", 24), ("zero3", 36)),
+)  # inst_row_t: three of them behind an instance
+PLACE = (
+    *(("m_xx", 24), ("m_xy", 24), ("zero0", 12)),
+    *(("m_xz", 24), ("o_x", 24), ("zero1", 12)),
+    *(("m_yx", 24), ("m_yy", 24), ("zero2", 12)),
+    *(("m_yz", 24), ("o_y", 24), ("zero3", 12)),
+    *(("m_zx", 24), ("m_zy", 24), ("zero4", 12)),
+    *(("m_zz", 24), ("o_z", 24), ("zero5", 12)),
+    ("zero6", 120),
+)  # place_t, behind the rows
+INSTANCE_BYTES, LINE_BYTES = 256, 64
+INSTANCE_WORDS = INSTANCE_BYTES // 8
+LINE_ENTRIES = LINE_BYTES // 4
 
 
 @dataclass
@@ -49,20 +72,134 @@ class Part:
 
 
 @dataclass
-class Objects:
-    """The trees of a scene with dynamic objects. parts: those of the objects, then the top-level tree.
+class Shape:
+    """What placed objects share: its triangles in memory, first to last, in coordinates of its own.
 
-    boxes (1 + objects, 2, 3) float64: of the instances, the top-level tree's first.
+    centre (3,): of its box, in world units of these coordinates; triangles (n, 3, 3) on the grid, so that centre becomes 0.
+    root: of its tree, when that is made.
+    """
+
+    first: int
+    centre: np.ndarray
+    triangles: np.ndarray
+    root: int = -1
+
+    @property
+    def last(self):
+        """One behind its last triangle."""
+        return self.first + len(self.triangles)
+
+
+@dataclass
+class Place:
+    """Where a placed object stands: x = rotation @ y + origin, in the unit box, float64. offset: see `Objects.offsets`."""
+
+    shape: Shape
+    rotation: np.ndarray
+    origin: np.ndarray
+    offset: int
+
+
+@dataclass
+class Objects:
+    """The trees of a scene with dynamic objects. parts: those that are built, the objects' and then the top-level tree.
+
+    boxes (1 + objects, 2, 3) float64: of the instances, the top-level tree's first. nodes, lists: of all trees that the host
+    makes, the static one's first. places: of the placed objects, which are the last instances.
     """
 
     static: kdtree.Tree
     parts: list
     boxes: np.ndarray
+    nodes: np.ndarray
+    lists: np.ndarray
+    places: list = field(default_factory=list)
 
     @property
     def triangles(self):
         """How many are built anew in every frame."""
         return sum(len(p.refs) for p in self.parts[:-1])
+
+    @property
+    def shapes(self):
+        """Those of the placed objects, each once."""
+        return list({id(p.shape): p.shape for p in self.places}.values())
+
+    @property
+    def offsets(self):
+        """What to add to a triangle's number in memory for that in the scene, by placed object: (instances,) int64."""
+        out = np.zeros(len(self.boxes), np.int64)
+        out[len(out) - len(self.places) :] = [p.offset for p in self.places]
+        return out
+
+    def roots(self, built):
+        """Roots of the instances, those of `parts` given."""
+        return [built[-1], *built[:-1], *(p.shape.root for p in self.places)]
+
+
+# ---- shapes of placed objects ----------------------------------------------------------------------------------------------
+
+
+def stored(scene, unit):
+    """A scene as its records hold it: each shape of placed objects once, in coordinates of its own, behind all other triangles.
+
+    Shapes are equal, and shared, if their triangles on the grid, normals, texture coordinates and materials are.
+
+    Args: scene; unit: of it, from `tbu.snap`.
+    Returns: the scene and its `Normalised` for records, and `Place` of each placed object.
+    Raises: SceneError if a shape does not fit between -1 and 1.
+    """
+    if not scene.placed:
+        return scene, unit, []
+    first = int(np.searchsorted(scene.objects, scene.objects[-1] - len(scene.placed) + 1))  # of the rigid objects' triangles
+    rows, local, normals, places, known = [np.arange(first)], [unit.triangles[:first]], [scene.normals[:first]], [], {}
+    at, in_memory = first, first
+    for rigid in scene.placed:
+        mine = np.arange(at, at + len(rigid.triangles))
+        lo, hi = rigid.triangles.min((0, 1)), rigid.triangles.max((0, 1))
+        centre = lo + (hi - lo) / 2.0
+        grid = np.rint((rigid.triangles - centre) * (2.0**-unit.scale_exp / GRID))
+        if np.abs(grid).max() >= model.ONE:
+            raise SceneError(
+                f"{scene.name}: a rigid object is larger than the scene in coordinates of its own; mark it \"dynamic\": true"
+            )
+        triangles = grid * GRID + 0.0
+        uv = b"" if scene.uv is None else scene.uv[mine].tobytes()
+        key = _digest(triangles, rigid.normals, uv, scene.face_material[mine])
+        if key not in known:
+            known[key] = Shape(in_memory, centre, triangles)
+            in_memory += len(mine)
+            rows.append(mine)
+            local.append(triangles)
+            normals.append(rigid.normals)
+        shape = known[key]
+        origin = unit.to_unit(rigid.rotation @ centre + rigid.translation)
+        places.append(Place(shape, rigid.rotation, origin, at - shape.first))
+        at += len(mine)
+    rows, triangles, normals = np.concatenate(rows), np.concatenate(local), np.concatenate(normals)
+    own = replace(
+        scene,
+        triangles=unit.to_world(triangles),
+        normals=normals,
+        face_material=scene.face_material[rows],
+        uv=None if scene.uv is None else scene.uv[rows],
+        objects=None,
+        placed=[],
+    )
+    dropped = ~np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]).any(axis=1)
+    return own, replace(unit, triangles=triangles, normals=fp24.round_to_fp24(normals), dropped=dropped), places
+
+
+def _digest(*things):
+    """Of arrays and bytes: the same only if all are."""
+    out = hashlib.sha256()
+    for thing in things:
+        data = thing if isinstance(thing, bytes) else np.ascontiguousarray(thing).tobytes()
+        out.update(len(data).to_bytes(8, "little") + data)
+    return out.digest()
+
+
+# ---- what is built ---------------------------------------------------------------------------------------------------------
 
 
 def _part(name, first, triangles, opaque):
@@ -70,22 +207,44 @@ def _part(name, first, triangles, opaque):
     return Part(name, first, triangles, opaque, replace(refs, tri=refs.tri + first))
 
 
-_static = {}  # the last static tree, by what it was made of: in an animation it stays the same
+_made = {}  # the host's trees of the last scene, by what they were made of: in an animation they stay the same
 
 
-def _static_tree(triangles, dropped, params):
-    key = (triangles.tobytes(), dropped.tobytes(), params)
-    if key not in _static:
-        _static.clear()
-        _static[key] = kdtree.build(triangles, dropped, params)
-    made = _static[key]
-    return replace(made, nodes=made.nodes.copy(), lists=made.lists.copy())
+def _host_trees(meshes):
+    """Trees of meshes (triangles, dropped, `kdtree.Params`), by the host; those that the last scene had too are not made again."""
+    keys = [(_digest(triangles, dropped), params) for triangles, dropped, params in meshes]
+    for old in set(_made) - set(keys):
+        del _made[old]
+    for key, mesh in zip(keys, meshes):
+        if key not in _made:
+            _made[key] = kdtree.build(*mesh)
+    return [_made[key] for key in keys]
 
 
-def plan_objects(scene, unit, opaque, params=None) -> Objects:
-    """What is built, and the static tree. unit: from `tbu.snap`; opaque (N,) bool; params: `kdtree.Params` of the static tree.
+def _opaque_lists(lists, opaque):
+    """List entries, of which those of triangles that are not opaque lose their flag."""
+    return lists & ~np.where(opaque[lists & 0xFFFFFF], 0, 1 << 25).astype(np.uint32)
 
-    Raises: SceneError with too many objects.
+
+def _at(tree, node_first, list_first, tri_first):
+    """Nodes and list entries of a tree whose nodes, entries and triangles begin elsewhere than at 0."""
+    leaf = tree.nodes >> np.uint64(24) & np.uint64(3) == kdtree.AXIS_LEAF
+    count, ref = tree.nodes & np.uint64(0xFFFFF), tree.nodes >> np.uint64(29)
+    first = np.where(count > 1, list_first, np.where(count == 1, tri_first, 0))
+    first = np.where(leaf, first, np.where(ref > 0, node_first, 0))  # node 0 is nobody's child: no other child
+    return tree.nodes + (first.astype(np.uint64) << np.uint64(29)), tree.lists + np.uint32(tri_first)
+
+
+def _whole(count, extent):
+    return -(-count // extent) * extent
+
+
+def plan_objects(scene, unit, kept, places, opaque) -> Objects:
+    """What is built, and the trees that the host makes.
+
+    Args: scene; unit: of it, from `tbu.snap`; kept: `Normalised` of its records, and places, from `stored`; opaque: (N,) bool
+        of the records.
+    Raises: SceneError with too many objects, or if indices of 24 bits do not reach.
     """
     count = int(scene.objects.max())
     if count > MAX_OBJECTS:
@@ -93,34 +252,71 @@ def plan_objects(scene, unit, opaque, params=None) -> Objects:
     bounds = np.searchsorted(scene.objects, np.arange(count + 2))
     parts, boxes = [], []
     for k in range(1, count + 1):
-        mine = slice(bounds[k], bounds[k + 1])
-        part = _part(f"object {k}", int(bounds[k]), unit.triangles[mine], opaque[mine])
-        parts.append(part)
-        boxes.append((part.refs.box - model.ONE) * GRID + [[-MARGIN], [MARGIN]])
+        mine = unit.triangles[bounds[k] : bounds[k + 1]]
+        boxes.append(np.stack((mine.min((0, 1)) - MARGIN, mine.max((0, 1)) + MARGIN)))
+        if k <= count - len(places):
+            parts.append(_part(f"object {k}", int(bounds[k]), mine, opaque[bounds[k] : bounds[k + 1]]))
     boxes = np.array(boxes)
     # For the builder a box is a triangle with that box. Its planes lie inside the grid, so boxes are cut there.
     inside = np.clip(boxes, GRID - 1.0, 1.0 - GRID)
     top = _part("top-level tree", 1, inside[:, [0, 1, 0]], np.ones(count, bool))
     whole = np.stack((boxes[:, 0].min(0) - MARGIN, boxes[:, 1].max(0) + MARGIN))
     n = bounds[1]
-    static = _static_tree(unit.triangles[:n], unit.dropped[:n], params)
-    static.lists &= ~np.where(opaque[static.lists & 0xFFFFFF], 0, 1 << 25).astype(np.uint32)
+    things = Objects(None, [*parts, top], np.concatenate((whole[None], boxes)), None, None, places)
+    shapes = [(kept.triangles[s.first : s.last], kept.dropped[s.first : s.last], SHAPE_PARAMS) for s in things.shapes]
+    static, *trees = _host_trees([(kept.triangles[:n], kept.dropped[:n], kdtree.Params()), *shapes])
+    things.static = replace(static, lists=_opaque_lists(static.lists, opaque))
     if n == 0:
-        static = replace(static, bounds=np.zeros((2, 3)))
-    return Objects(static, [*parts, top], np.concatenate((whole[None], boxes)))
+        things.static = replace(static, bounds=np.zeros((2, 3)))
+    things.nodes, things.lists = _beside(things.static, things.shapes, trees, opaque)
+    if max(things.nodes.size, things.lists.size) > kdtree.INDEX_LIMIT:
+        raise SceneError(f"{scene.name}: the trees of its shapes outgrow 24-bit indices; simplify their meshes")
+    return things
 
 
-def instance_fields(roots, boxes):
-    """Fields of `INSTANCE`: roots (K,), boxes (K, 2, 3) float64, rounded here."""
+def _beside(static, shapes, trees, opaque):
+    """Node and list regions of the static tree and of those of shapes, each from a line on; shapes learn their roots."""
+    nodes, lists, node_at, list_at = [static.nodes], [static.lists], static.nodes.size, static.lists.size
+    for shape, tree in zip(shapes, trees):
+        node_first, list_first = _whole(node_at, kdtree.LINE_NODES), _whole(list_at, LINE_ENTRIES)
+        words, entries = _at(tree, node_first, list_first, shape.first)
+        shape.root = node_first + tree.root
+        nodes += [np.full(node_first - node_at, kdtree.AXIS_LEAF << 24, np.uint64), words]  # as the host's padding: empty leaves
+        lists += [np.zeros(list_first - list_at, np.uint32), _opaque_lists(entries, opaque)]
+        node_at, list_at = node_first + words.size, list_first + entries.size
+    return np.concatenate(nodes), np.concatenate(lists)
+
+
+# ---- instance records ------------------------------------------------------------------------------------------------------
+
+
+def instance_fields(roots, boxes, placed):
+    """Fields of `INSTANCE`: roots (K,), boxes (K, 2, 3) float64, rounded here, placed (K,) bool."""
     corners = fp24.to_bits(fp24.round_to_fp24(np.asarray(boxes, np.float64)))
-    places = {f"{side}_{axis}": corners[:, i, j] for i, side in enumerate(("lo", "hi")) for j, axis in enumerate("xyz")}
-    return {"root": np.asarray(roots), **places}
+    corner = {f"{side}_{axis}": corners[:, i, j] for i, side in enumerate(("lo", "hi")) for j, axis in enumerate("xyz")}
+    return {"root": np.asarray(roots), "placed": np.asarray(placed), **corner}
+
+
+def place_fields(rotation, origin, roots):
+    """Fields of the three `INSTANCE_ROW` and of `PLACE`, a list of four.
+
+    Args: rotation (K, 3, 3) and origin (K, 3) of `Place`, float64, rounded here once: the way into an object is by the
+        transpose of what leads out of it, bit for bit; roots (K,).
+    """
+    m, o = (fp24.to_bits(fp24.round_to_fp24(np.asarray(v, np.float64))) for v in (rotation, origin))
+    centre = {f"c_{axis}": o[:, i] for i, axis in enumerate("xyz")}
+    rows = [{f"r_{axis}": m[:, j, i] for j, axis in enumerate("xyz")} | centre | {"root": np.asarray(roots)} for i in range(3)]
+    out = {f"m_{a}{b}": m[:, i, j] for i, a in enumerate("xyz") for j, b in enumerate("xyz")}
+    return [*rows, out | {f"o_{axis}": o[:, i] for i, axis in enumerate("xyz")}]
+
+
+# ---- trees by the model ----------------------------------------------------------------------------------------------------
 
 
 def by_model(objects, params) -> tuple:
     """All trees as the models make them: nodes, lists, roots of the instances (the top-level tree's first)."""
-    nodes, lists, roots = [objects.static.nodes], [objects.static.lists], []
-    node_at, list_at = objects.static.nodes.size, objects.static.lists.size
+    nodes, lists, roots = [objects.nodes], [objects.lists], []
+    node_at, list_at = objects.nodes.size, objects.lists.size
     for part in objects.parts:
         tree = part.tree(params)
         made, entries, root = emit(tree, node_at + len(tree), list_at)
@@ -128,7 +324,7 @@ def by_model(objects, params) -> tuple:
         lists.append(entries)
         roots.append(root)
         node_at, list_at = node_at + made.size, list_at + entries.size
-    return np.concatenate(nodes), np.concatenate(lists), [roots[-1], *roots[:-1]]
+    return np.concatenate(nodes), np.concatenate(lists), objects.roots(roots)
 
 
 # ---- room for trees that the RTL builds ------------------------------------------------------------------------------------
@@ -194,16 +390,13 @@ class Room:
 def room(objects, cap=model.CAP, factor=1) -> Room:
     """Room for the trees of a scene; factor: as in `tbu.sizes`. Raises: SceneError if indices of 24 bits do not reach."""
 
-    def whole(count, extent):
-        return -(-count // extent) * extent
-
-    nodes, lists = [whole(objects.static.nodes.size, tbu.NODE_EXTENT)], [whole(objects.static.lists.size, tbu.LIST_EXTENT)]
+    nodes, lists = [_whole(objects.nodes.size, tbu.NODE_EXTENT)], [_whole(objects.lists.size, tbu.LIST_EXTENT)]
     vertices, refs = [0], 0
     for part in objects.parts:
         sizes = tbu.sizes(len(part.refs), cap, factor)
         nodes.append(nodes[-1] + sizes.nodes)
         lists.append(lists[-1] + sizes.entries)
-        vertices.append(vertices[-1] + whole(len(part.refs), LINE_BYTES // tbu.VERTEX_BYTES))
+        vertices.append(vertices[-1] + _whole(len(part.refs), LINE_BYTES // tbu.VERTEX_BYTES))
         refs = max(refs, sizes.refs)
     if max(nodes[-1], lists[-1]) > kdtree.INDEX_LIMIT:
         raise SceneError(f"the trees of {len(objects.parts) - 1} objects outgrow 24-bit indices; simplify their meshes")

@@ -128,6 +128,7 @@ def frame_cases(level, seed):
     out += cases("nasty", View(64, 48))
     out += cases("tiny_glass", View(48, 32, max_depth=5), memory, replace(memory, latency=400))
     out += cases("carousel", View(40, 24, max_depth=3), replace(memory, latency=100))  # dynamic objects
+    out += cases("dice", View(40, 24, max_depth=4), replace(memory, latency=100))  # placed ones
     out += _built_cases(level, np.random.default_rng([seed, 1]))
     if level == "quick":
         return out
@@ -177,7 +178,9 @@ def frame_cases(level, seed):
 
 def _built_cases(level, rng):
     """Frames whose tree the RTL builds."""
-    names = ("tiny", "nasty") if level == "quick" else ("tiny", "tiny_glass", "nasty", "glass_room", "gloss", "chess", "pendulum")
+    names = ("tiny", "nasty")
+    if level != "quick":
+        names = ("tiny", "tiny_glass", "nasty", "glass_room", "gloss", "chess", "pendulum", "dice")
     rounds = {"quick": 1, "normal": 2, "full": 10}[level]
     out = []
     for n, name in enumerate(names):
@@ -188,7 +191,7 @@ def _built_cases(level, rng):
                 backpressure=float(rng.choice([0.1, 0.4])) if i else 0.0,
                 seed=int(rng.integers(1000)),
             )
-            records = (n + i) % 2 == 1 and name != "pendulum"  # not with dynamic objects
+            records = (n + i) % 2 == 1 and name not in ("pendulum", "dice")  # not with dynamic objects
             out.append(FrameCase(name, view, memory, True, records))
     return out
 
@@ -198,7 +201,7 @@ def fault_cases(level, seed):
     count = {"quick": 20, "normal": 200, "full": 2000}[level]
     scenes = ("tiny", "tiny_glass", "tiny_glass", "nasty")
     plain = [FaultCase(seed + i, scenes[i % len(scenes)]) for i in range(count)]
-    moving = [FaultCase(seed + i, "pendulum") for i in range(count // 10)]  # with a dynamic object
+    moving = [FaultCase(seed + i, ("pendulum", "dice")[i % 2]) for i in range(count // 10)]  # with dynamic objects
     return plain + [FaultCase(seed + i, ("tiny_glass", "nasty")[i % 2], True) for i in range(count // 4)] + moving
 
 

@@ -39,11 +39,11 @@ class Rendered:
     rtus: int = 1  # ray-tracing units
 
 
-def _primary(result, view):
-    """Triangles and distances of the primary rays from hit records."""
+def _primary(result, view, offsets):
+    """Triangles of the scene and distances of the primary rays from hit records. offsets: of `image.Geometry`."""
     tri, t = np.full((view.height, view.width), -1, np.int64), np.full((view.height, view.width), np.inf)
     rays = result.hits[(result.hits["kind"] == sim.RAY_KINDS.index("primary")) & (result.hits["hit"] == 1)]
-    tri[rays["y"], rays["x"]] = rays["tri"]
+    tri[rays["y"], rays["x"]] = rays["tri"] + offsets[rays["inst"]]
     t[rays["y"], rays["x"]] = fp24.from_bits(rays["t"])
     return tri, t
 
@@ -65,7 +65,7 @@ def render(image, engine="rtl", memory=None, hits=False, jobs=1, **simulation):
             result = parts.run_frame(image, memory, hits, jobs, simulation.get("rtus", 1))
         else:
             result = sim.run_frame(image.memory, image.registers, memory=memory, hits=hits, **simulation)
-        tri, t = _primary(result, image.view) if hits else (None, None)
+        tri, t = _primary(result, image.view, image.geometry.offsets) if hits else (None, None)
         seconds, rtus = time.perf_counter() - began, simulation.get("rtus", 1)
         return Rendered(engine, image, result.frame, tri, t, memory, result, None, seconds, rtus)
     from raycore.model import frame as frames  # compiles for half a minute the first time
@@ -113,7 +113,7 @@ def config(rendered, **more):
     view, geometry, memory = rendered.image.view, rendered.image.geometry, rendered.memory
     return {
         "scene": geometry.scene.name,
-        "triangles": len(geometry.info),
+        "triangles": len(geometry.scene.triangles),
         "size": [view.width, view.height],
         "camera": asdict(view.camera),
         "lights": [asdict(light) for light in view.lights],
@@ -140,15 +140,18 @@ def _share(part, whole):
 
 
 def build_statistics(counters, triangles):
-    """What a frame's counters say of the tree that it built: `tbu` of STATS.json, as docs/cli.md explains it."""
+    """What a frame's counters say of the tree that it built: `tbu` of STATS.json, as docs/cli.md explains it.
+
+    triangles: how many it built trees of; 0: of boxes only, where no figure a triangle is given.
+    """
     own = {name: counters[f"TBU_{name.upper()}"] for name in BUILDER_COUNTERS}
     moved = LINE_BYTES * own["lines"] + ROW_BYTES * own["rows"]
     return {
         "triangles": triangles,
         "cycles": own["cycles"],
-        "cycles_per_triangle": own["cycles"] / triangles,
+        "cycles_per_triangle": own["cycles"] / triangles if triangles else None,
         "bytes": moved,
-        "bytes_per_triangle": moved / triangles,
+        "bytes_per_triangle": moved / triangles if triangles else None,
         "root": counters["TBU_ROOT"],
         "counters": own,
     }
@@ -247,8 +250,9 @@ def summary(values):
         out.append(("cycles", f"{values['cycles']:,}{parts}"))
         if "tbu" in values:
             b = values["tbu"]
-            out.append(("  of these to build the tree", f"{b['cycles']:,}, {b['cycles_per_triangle']:.1f} a triangle"))
-            out.append(("bytes to build the tree", f"{b['bytes']:,}, {b['bytes_per_triangle']:.0f} a triangle"))
+            for what, name, digits in (("  of these to build the tree", "cycles", 1), ("bytes to build the tree", "bytes", 0)):
+                each = b[f"{name}_per_triangle"]  # None: only the top-level tree, over placed objects
+                out.append((what, f"{b[name]:,}" + ("" if each is None else f", {each:.{digits}f} a triangle")))
         if "records" in values:
             r = values["records"]
             out.append(("cycles to make records, meanwhile", f"{r['cycles']:,}, {r['cycles_per_triangle']:.1f} a triangle"))

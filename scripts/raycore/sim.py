@@ -30,7 +30,7 @@ MAX_RTUS = 16  # as rc_rtus.sv
 HIT_DTYPE = np.dtype([
     ("x", "<u2"), ("y", "<u2"), ("kind", "u1"), ("light", "u1"), ("hit", "u1"), ("depth", "u1"),
     ("tri", "<u4"), ("t", "<u4"), ("beta", "<u4"), ("gamma", "<u4"),
-    ("slots", "<u2"), ("lost", "<u2"), ("twos", "<u2"), ("zero", "<u2")])
+    ("slots", "<u2"), ("lost", "<u2"), ("twos", "<u2"), ("inst", "<u2")])
 
 RENDER, BUILD_TREE, RECORDS = 1, 2, 4  # bits of CTRL: render a picture; build the tree, make records before it
 RAY_KINDS = ("primary", "shadow", "reflect", "transmit")  # ray_kind_e of rc_pkg.sv

@@ -38,7 +38,7 @@ def pack(*fields):
 
 
 def ray_word(ray_id, any_hit, skip, t_min, t_max, inv_dir, direction, org):
-    return pack((ray_id, 8), (any_hit, 1), (skip, 24), (t_min, 24), (t_max, 24), (inv_dir, 72), (direction, 72), (org, 72))
+    return pack((ray_id, 8), (any_hit, 1), (skip, 33), (t_min, 24), (t_max, 24), (inv_dir, 72), (direction, 72), (org, 72))
 
 
 def path_word(ray_id, is_primary, direction, org):
@@ -62,10 +62,10 @@ def secondary(rng, ray_id):
         return fp24.to_bits(fp24.round_to_fp24(rng.uniform(-1, 1) * 2.0 ** rng.choice([0, 0, 0, -10, -30, -61]))).item()
 
     direction, org = [number() for _ in range(3)], [number() for _ in range(3)]
-    skip, t_min, t_max = rng.randrange(1 << 24), number(), number()
+    skip, t_min, t_max = rng.randrange(1 << 33), number(), number()
     kind = rng.choice([SHADOW, SHADOW, REFLECT, TRANSMIT])
     inv = bits([rgen.inverse(v) for v in fp24.from_bits(direction)])
-    sec = pack((ray_id, 8), (kind, 2), (rng.randrange(16), 4), (rng.randrange(16), 4), (skip, 24), (t_min, 24), (t_max, 24),
+    sec = pack((ray_id, 8), (kind, 2), (rng.randrange(16), 4), (rng.randrange(16), 4), (skip, 33), (t_min, 24), (t_max, 24),
                (direction, 72), (org, 72))  # fmt: skip
     path = None if kind == SHADOW else path_word(ray_id, 0, direction, org)
     return sec, ray_word(ray_id, int(kind == SHADOW), skip, t_min, t_max, inv, direction, org), path

@@ -116,8 +116,8 @@ class Context:
     def words(self):
         for i in range(3):
             yield sum(v[i] << 24 * k for k, v in enumerate((self.p, self.g, self.m, self.d, self.tex, self.w)))
-        yield (self.md | self.mat << 24 | self.tri << 32 | self.alpha << 56 | self.length << 80 | self.depth << 104
-               | self.inside << 108)
+        yield (self.md | self.mat << 24 | self.tri << 32 | self.alpha << 65 | self.length << 89 | self.depth << 113
+               | self.inside << 117)
 
 
 class Numbers:
@@ -164,7 +164,7 @@ class Numbers:
         alpha = {0: ONE, 1: rng.choice([ZERO, ONE]), 2: self.vector([rng.random()])[0]}[mats[mat].alpha_mode]
         return Context(self.vector([rng.uniform(-1, 1) for _ in range(3)]), self.vector(g), self.vector(m), self.vector(d),
                        self.vector([m @ d])[0], self.colour(), self.colour(), alpha, rng.random() < 0.5,
-                       self.vector([rng.uniform(0, 5)])[0], rng.randrange(1 << 24), mat)
+                       self.vector([rng.uniform(0, 5)])[0], rng.randrange(1 << 33), mat)
 
 
 @dataclass
@@ -288,14 +288,14 @@ class Bench:
         self.cycle += 1
 
     def take_ray(self, word, pending):
-        ray_id, kind = word >> 226, word >> 224 & 3
+        ray_id, kind = word >> 235, word >> 233 & 3
         want = self.expected.pop(ray_id, None)
         assert want is not None, f"a ray of pixel {ray_id} nobody asked for"
-        assert word >> 220 & 15 == 0
+        assert word >> 229 & 15 == 0
         assert word >> 168 & 0xFFFFFF == T_MIN and word >> 144 & 0xFFFFFF == HUGE
         w, length, depth = self.paths.pop(ray_id)
-        assert depth == word >> 216 & 15
-        got = kind, depth, word >> 192 & 0xFFFFFF, unvec(word >> 72), unvec(word), w, length
+        assert depth == word >> 225 & 15
+        got = kind, depth, word >> 192 & (1 << 33) - 1, unvec(word >> 72), unvec(word), w, length
         assert got == want, f"pixel {ray_id}: {show(got)}, not {show(want)}"
         assert pending >> ray_id & 1 == bool(self.stacks[ray_id]), f"pending of pixel {ray_id}"
         self.out.append((ray_id, got))
@@ -315,7 +315,7 @@ class Bench:
 
 def show(ray):
     kind, depth, tri, direction, org, w, length = ray
-    return f"{kind} {depth} {tri:06x} dir {[f'{v:06x}' for v in direction]} org {[f'{v:06x}' for v in org]} " \
+    return f"{kind} {depth} {tri:09x} dir {[f'{v:06x}' for v in direction]} org {[f'{v:06x}' for v in org]} " \
            f"w {[f'{v:06x}' for v in w]} len {length:06x}"
 
 

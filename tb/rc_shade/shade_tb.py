@@ -200,6 +200,30 @@ class Triangle:
     def record(self):
         return np.array([floats(v) for v in (self.a, self.n, self.n0, self.e1, self.e2)])
 
+    def placed(self, place):
+        """In the scene's coordinates, by the model, as a triangle of an object with such a `Place`."""
+        return Triangle(*map(bits, shade.FP24.place(self.record, place.record)), self.mat)
+
+
+@dataclass
+class Place:
+    """Rows of a rotation, each followed by a coordinate of the origin."""
+
+    rows: list
+
+    @classmethod
+    def random(cls, num: Numbers):
+        rotation = np.linalg.qr(np.array([unit(num.rng) for _ in range(3)]))[0]
+        return cls([num.spoil([*nearest(row), o]) for row, o in zip(rotation, num.point())])
+
+    @property
+    def line(self):
+        return line([b for row in self.rows for b in row], 0)
+
+    @property
+    def record(self):
+        return np.array([floats(row) for row in self.rows])
+
 
 @dataclass
 class Context:
@@ -222,14 +246,14 @@ class Context:
         return [bits(v) for v in self.values[:4]], bits([self.values[4]])[0]
 
 
-def hit_word(ray_id, any_hit, hit, opaque, mat, tri_idx, t, beta, gamma):
-    """A hit_t, 119 bits."""
-    return pack((ray_id, 8), (any_hit, 1), (hit, 1), (opaque, 1), (mat, 12), (tri_idx, 24), (t, 24), (beta, 24), (gamma, 24))
+def hit_word(ray_id, any_hit, hit, opaque, mat, surf, t, beta, gamma):
+    """A hit_t, 128 bits. surf: a surf_t, the placed object above the triangle."""
+    return pack((ray_id, 8), (any_hit, 1), (hit, 1), (opaque, 1), (mat, 12), (surf, 33), (t, 24), (beta, 24), (gamma, 24))
 
 
 def tex_word(hit, rgb, a):
-    """A tex_t, 215 bits."""
-    return pack((hit, 119), (vec(rgb), 72), (a, 24))
+    """A tex_t, 224 bits."""
+    return pack((hit, 128), (vec(rgb), 72), (a, 24))
 
 
 def point_word(ray_id, mat, bounces, branch, alpha, tex):

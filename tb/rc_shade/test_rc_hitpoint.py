@@ -81,7 +81,7 @@ class Bench:
             self.words.append((hit.ray_id << 2 | i, [*(axes[k][i] for k in range(4)), hit.tex[i], hit.w[i]]))
         alpha = sh.bits([shade.FP24.coverage(sh.floats([hit.ta])[0], mat.record)])[0]
         length = sh.bits([ctx.length])[0]
-        self.words.append((hit.ray_id << 2 | 3, [md, index, hit.ray_id * 77, alpha, length, hit.depth, int(ctx.inside)]))
+        self.words.append((hit.ray_id << 2 | 3, [md, index, hit.ray_id * 7_777_777, alpha, length, hit.depth, int(ctx.inside)]))
         children = mat.reflects + (mat.transmits or mat.mode != shade.ALPHA_OPAQUE)
         self.points.append(sh.point_word(hit.ray_id, index, children > 0 and hit.depth < self.max_depth, children == 2, alpha,
                                          hit.tex))
@@ -93,7 +93,7 @@ class Bench:
         dut, rng = self.dut, self.rng
         if self._next is None and rng.random() < self.p_valid:
             self._next = hit = next(self.hits)
-            word = sh.hit_word(hit.ray_id, 0, 1, rng.randrange(2), hit.tri.mat, hit.ray_id * 77, *hit.at)
+            word = sh.hit_word(hit.ray_id, 0, 1, rng.randrange(2), hit.tri.mat, hit.ray_id * 7_777_777, *hit.at)
             dut.in_i.value, dut.in_info_i.value = sh.tex_word(word, hit.tex, hit.ta), hit.tri.line
         dut.in_valid_i.value = self._next is not None
         ready = rng.random() < self.p_ready
@@ -106,8 +106,8 @@ class Bench:
             assert int(dut.ctx_addr_o.value) == address
             word = int(dut.ctx_word_o.value)
             if address & 3 == 3:
-                got = [word & 0xFFFFFF, word >> 24 & 0xFF, word >> 32 & 0xFFFFFF, word >> 56 & 0xFFFFFF, word >> 80 & 0xFFFFFF,
-                       word >> 104 & 15, word >> 108]
+                got = [word & 0xFFFFFF, word >> 24 & 0xFF, word >> 32 & (1 << 33) - 1, word >> 65 & 0xFFFFFF,
+                       word >> 89 & 0xFFFFFF, word >> 113 & 15, word >> 117]
                 assert got == want, f"md, mat, triangle, alpha', len', depth, inside are {got}, not {want}"
             else:
                 got = [word >> s & 0xFFFFFF for s in range(0, 144, 24)]

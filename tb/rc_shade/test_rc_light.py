@@ -43,8 +43,8 @@ class Job:
         if word < 3:
             low = [v[word] for v in (*self.axes, self.tex)]
             return sum(b << 24 * k for k, b in enumerate(low)) | (self.other >> 24 * word & 0xFFFFFF) << 120
-        return (self.md | self.mat << 24 | self.tri << 32 | (self.other >> 72 & (1 << 48) - 1) << 56 | self.depth << 104
-                | (self.other >> 120 & 1) << 108)
+        return (self.md | self.mat << 24 | self.tri << 32 | (self.other >> 72 & (1 << 48) - 1) << 65 | self.depth << 113
+                | (self.other >> 120 & 1) << 117)
 
 
 def random_context(num):
@@ -105,7 +105,7 @@ class Bench:
         culled, direction, _, t_max, k = shade.FP24.light_job(*args)
         self.ks.append((job, sh.bits(k), culled))
         if not culled and self.shadows:
-            head = sh.pack((job.ray_id, 8), (RAY_SHADOW, 2), (job.light, 4), (job.depth, 4), (job.tri, 24), (job.t_min, 24))
+            head = sh.pack((job.ray_id, 8), (RAY_SHADOW, 2), (job.light, 4), (job.depth, 4), (job.tri, 33), (job.t_min, 24))
             self.secs.append([head, *sh.bits([t_max]), sh.bits(direction), job.axes[0]])
 
     async def step(self):
@@ -183,7 +183,7 @@ def random_jobs(bench, num, count):
         light, mat = rng.randrange(len(bench.lights)), rng.randrange(len(bench.mats))
         tex = num.color() if rng.random() < 0.7 else [0x3F0000] * 3
         t_min = T_MIN if rng.random() < 0.5 else num.spoil(sh.nearest([rng.uniform(0, 2)]))[0]
-        yield Job(i % 256, light, mat, rng.randrange(1 << 24), *random_context(num), tex, t_min, rng.randrange(16),
+        yield Job(i % 256, light, mat, rng.randrange(1 << 33), *random_context(num), tex, t_min, rng.randrange(16),
                   rng.getrandbits(121))
 
 

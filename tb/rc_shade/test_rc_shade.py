@@ -21,7 +21,7 @@ from cocotb.triggers import RisingEdge
 from raycore.model import fp24, shade, texture
 
 F = shade.FP24
-INFO_BASE, UV_BASE, TEX_BASE = 0x3000, 0x7000, 0x20000
+INFO_BASE, INST_BASE, UV_BASE, TEX_BASE = 0x3000, 0x5000, 0x7000, 0x20000
 PRIMARY, SHADOW, REFLECT, TRANSMIT = range(4)
 ONES = (1.0, 1.0, 1.0)
 
@@ -63,6 +63,7 @@ class Scene:
     lights: list
     mats: list
     triangles: list
+    places: list = field(default_factory=list)          # of placed objects, of the first one at [1]
     uvs: list = field(default_factory=list)             # (six patterns, mip) by triangle
     textures: list = field(default_factory=list)        # by material
     texels: object = None
@@ -79,6 +80,7 @@ class Scene:
         rng = num.rng
         self = cls([sh.Light.random(num) for _ in range(lights)], [sh.Material.random(num, effects) for _ in range(mats)],
                    [sh.Triangle.random(num, rng.randrange(mats)) for _ in range(triangles)], background=num.color(), **settings)
+        self.places = [None, *(sh.Place.random(num) for _ in range(9))]
         base = 0
         for mat in self.mats:
             self.textures.append(Texture(base, rng.randrange(7), rng.randrange(7), (rng.randrange(3), rng.randrange(3)),
@@ -91,9 +93,9 @@ class Scene:
         return self
 
     def config(self):
-        return sh.pack((INFO_BASE, 26), (UV_BASE, 26), (TEX_BASE, 26), (self.mip_bias & 0xFFF, 12), (self.trilinear, 1),
-                       (self.max_depth, 4), (self.min_weight, 24), (self.mat_count or len(self.mats), 9), (len(self.lights), 5),
-                       (self.shadows, 1), (sh.vec(self.background), 72))
+        return sh.pack((INFO_BASE, 26), (INST_BASE, 26), (UV_BASE, 26), (TEX_BASE, 26), (self.mip_bias & 0xFFF, 12),
+                       (self.trilinear, 1), (self.max_depth, 4), (self.min_weight, 24), (self.mat_count or len(self.mats), 9),
+                       (len(self.lights), 5), (self.shadows, 1), (sh.vec(self.background), 72))
 
     def records(self):
         return [*((sh.LD_LIGHT, i, r.line) for i, r in enumerate(self.lights)),
@@ -101,6 +103,10 @@ class Scene:
                 *((sh.LD_OPTICS, i, r.optics_line) for i, r in enumerate(self.mats))]
 
     def read_info(self, address):
+        if address >= INST_BASE:
+            inst, part = divmod(address - INST_BASE, 4)
+            assert part == 2, f"no place at {address:x}"
+            return self.places[inst].line
         return self.triangles[address - INFO_BASE].line
 
     def read_uv(self, address):
@@ -144,15 +150,18 @@ class Pixel:
     surfaces: int = 0
 
     def sec(self, kind, light, depth, t_min, t_max, direction, org):
-        self.want = ("ray", kind, sh.pack((self.ray_id, 8), (kind, 2), (light, 4), (depth, 4), (self.tri_idx, 24), (t_min, 24),
+        self.want = ("ray", kind, sh.pack((self.ray_id, 8), (kind, 2), (light, 4), (depth, 4), (self.surf, 33), (t_min, 24),
                                           (t_max, 24), (sh.vec(direction), 72), (sh.vec(org), 72)))
 
-    def surface(self, tri_idx, t, beta, gamma):
-        """The path's ray hit a triangle (patterns of t, beta, gamma)."""
+    def surface(self, surf, t, beta, gamma):
+        """The path's ray hit a triangle, perhaps of a placed object (surf_t, patterns of t, beta, gamma)."""
         scene = self.scene
         org, direction, self.w, length, self.depth = self.ray
+        inst, tri_idx = surf >> 24, surf & 0xFFFFFF
         tri = scene.triangles[tri_idx]
-        self.tri_idx, self.surfaces = tri_idx, self.surfaces + 1
+        if inst:
+            tri = tri.placed(scene.places[inst])
+        self.surf, self.surfaces = surf, self.surfaces + 1
         if tri.mat >= (scene.mat_count or len(scene.mats)):
             self.lost = True
             return
@@ -212,15 +221,15 @@ class Pixel:
             return self.end()
         children = F.bounce(self.ctx.values, self.tex, self.w, self.alpha, self.ctx.inside, mat.record,
                             sh.floats([scene.min_weight])[0])
-        rays = [(kind, (sh.bits(org), sh.bits(d), w, self.ctx.length, self.depth + 1), self.tri_idx)
+        rays = [(kind, (sh.bits(org), sh.bits(d), w, self.ctx.length, self.depth + 1), self.surf)
                 for kind, (traced, w, d, org) in zip((REFLECT, TRANSMIT), children) if traced]
         self.stack += rays[1:]
         if rays:
             return self.go_on(*rays[0])
         return self.end()
 
-    def go_on(self, kind, ray, tri_idx):
-        self.ray, self.tri_idx = ray, tri_idx
+    def go_on(self, kind, ray, surf):
+        self.ray, self.surf = ray, surf
         org, direction, _, _, depth = ray
         self.sec(kind, 0, depth, 0x310000, sh.HUGE, direction, org)
 
@@ -271,6 +280,7 @@ class Bench:
     latency: tuple = (1, 20)                        # of memory and of the T&I unit, cycles
     p_miss: float = 0.2
     p_blocked: float = 0.3
+    p_placed: float = 0.4
     p_layer: float = 0.4
     max_layers: int = 6
     cycle: int = 0
@@ -287,6 +297,7 @@ class Bench:
     layers: set = field(default_factory=set)
     want_culled: int = 0
     surfaces: int = 0
+    placed: int = 0                                 # surfaces of placed objects
     looked_up: int = 0
     errors: list = field(default_factory=list)
     hits_taken: int = 0
@@ -349,10 +360,12 @@ class Bench:
             return sh.hit_word(ray_id, 0, 0, 0, 0, sh.TRI_NONE, *at), pixel.missed
         mat = scene.triangles[tri_idx].mat
         known = mat < (scene.mat_count or len(scene.mats))
+        surf = rng.randrange(len(scene.places)) << 24 | tri_idx if rng.random() < self.p_placed else tri_idx
         self.surfaces += 1
+        self.placed += surf >> 24 > 0
         self.looked_up += known and scene.mats[mat].textured
-        word = sh.hit_word(ray_id, 0, 1, known and scene.mats[mat].opaque, mat, tri_idx, *at)
-        return word, lambda: pixel.surface(tri_idx, *at)
+        word = sh.hit_word(ray_id, 0, 1, known and scene.mats[mat].opaque, mat, surf, *at)
+        return word, lambda: pixel.surface(surf, *at)
 
     async def step(self):
         dut, rng = self.dut, self.rng
@@ -395,7 +408,7 @@ class Bench:
             self.take_done(int(dut.done_o.value))
         if self._hit is not None and dut.hit_ready_o.value:
             (word, follow), self._hit = self._hit, None
-            pixel = self.pixels[word >> 111]
+            pixel = self.pixels[word >> 120]
             if not pixel.lost:
                 culled = pixel.culled
                 follow()
@@ -406,14 +419,14 @@ class Bench:
 
     def take_sec(self, word):
         self._sec_held = None
-        ray_id, kind = word >> 226, word >> 224 & 3
+        ray_id, kind = word >> 235, word >> 233 & 3
         pixel = self.pixels[ray_id]
-        self.depths.add(word >> 216 & 15)
+        self.depths.add(word >> 225 & 15)
         if not pixel.lost:
             assert pixel.want is not None and pixel.want[0] == "ray", f"a ray of index {ray_id}, but due is {pixel.want}"
             want, pixel.want = pixel.want[2], None
             assert word == want, "\n".join(["kind/light/depth, skip, t_min, t_max, dir, org"] + [
-                f"{w >> 216 & 0x3FF:03x} {w >> 192 & 0xFFFFFF:06x} {w >> 168 & 0xFFFFFF:06x} {w >> 144 & 0xFFFFFF:06x} "
+                f"{w >> 225 & 0x3FF:03x} {w >> 192 & (1 << 33) - 1:09x} {w >> 168 & 0xFFFFFF:06x} {w >> 144 & 0xFFFFFF:06x} "
                 + " ".join(f"{w >> s & 0xFFFFFF:06x}" for s in (72, 96, 120, 0, 24, 48)) for w in (word, want)])
         if kind == SHADOW:
             self.travel.append((self.cycle + self.rng.randint(*self.latency), ray_id, kind))
@@ -445,7 +458,8 @@ class Bench:
 
     def check_events(self):
         assert self.events["culled"] == self.want_culled
-        assert self.events["info_hit"] + self.events["info_miss"] == self.surfaces
+        looked = self.events["info_hit"] + self.events["info_miss"]   # also for a place, if it is not that of the last surface
+        assert self.surfaces <= looked <= self.surfaces + self.placed and (looked > self.surfaces or self.placed < 9)
         assert self.events["info_miss"] == self.ports[0].count
         assert self.events["uv_hit"] + self.events["uv_miss"] == self.looked_up
         assert self.events["uv_miss"] == self.ports[1].count
@@ -600,7 +614,7 @@ async def long_stops(dut, full):
 async def rate(dut, case):
     """One hit and one job in six cycles, sustained: with a light that is culled, with one whose ray comes back, with a light and
     a mirror, which share the contexts; a pixel that hits nothing in three."""
-    bench = bench_of(dut, p_miss=float(case == "miss"), p_layer=0.0, latency=(4, 8))
+    bench = bench_of(dut, p_miss=float(case == "miss"), p_layer=0.0, p_placed=0.0, latency=(4, 8))
     num = sh.Numbers(bench.rng, 0.0)
     await bench.start()
     scene = Scene.random(num, 1, 5, 5, effects=False, max_depth=1)

@@ -68,7 +68,7 @@ class Bench:
         rgb, ta = num.color(), num.spoil(sh.nearest([rng.random()]))[0]
         if rng.random() < 0.5:
             rgb, ta = [0x3F0000] * 3, 0x3F0000
-        hit = sh.hit_word(ray_id, 1, 1, 0, mat, rng.randrange(1 << 24), t, rng.randrange(1 << 24), rng.randrange(1 << 24))
+        hit = sh.hit_word(ray_id, 1, 1, 0, mat, rng.randrange(1 << 33), t, rng.randrange(1 << 24), rng.randrange(1 << 24))
         return sh.tex_word(hit, rgb, ta), ray_id, mat, t, rgb, ta
 
     def expect(self, ray_id, mat, t, rgb, ta):

@@ -120,11 +120,12 @@ class World:
             | rng.getrandbits(1) << 12
             | rng.getrandbits(12)
         )
-        return (((head << 24 | rng.choice(list(self.records))) << 24 | t) << 24 | beta) << 24 | gamma, length
+        surf = rng.getrandbits(9) << 24 | rng.choice(list(self.records))
+        return (((head << 33 | surf) << 24 | t) << 24 | beta) << 24 | gamma, length
 
     def what(self, hit, length):
         """(arguments of the model for a hit)."""
-        desc = self.descs[self.materials[hit >> 96 & 0xFF]]
+        desc = self.descs[self.materials[hit >> 105 & 0xFF]]
         uv, mip = self.records[hit >> 72 & 0xFFFFFF]
         t, beta, gamma = (number(hit >> s & 0xFFFFFF) for s in (48, 24, 0))
         row = np.array([*(number(p) for p in uv), mip], dtype=np.float64)
@@ -317,7 +318,7 @@ async def plain(bench, log2_w, log2_h, levels, *kind):
 
 def place(u, v, mat=0):
     """A hit on triangle 0, whose record maps beta to u and gamma to v: t = 1."""
-    return ((((mat | 1 << 13) << 24 | 0) << 24 | 0x3F0000) << 24 | nearest(u)) << 24 | nearest(v), 0
+    return ((((mat | 1 << 13) << 33 | 0) << 24 | 0x3F0000) << 24 | nearest(u)) << 24 | nearest(v), 0
 
 
 UNIT_RECORD = ([0, 0, 0x3F0000, 0, 0, 0x3F0000], 0)

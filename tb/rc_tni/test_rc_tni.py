@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, RisingEdge
-from tni_bench import INST_BASE, Bench, Objects, blocks, ray_word, soup
+from tni_bench import INST_BASE, Bench, Objects, blocks, ray_word, soup, turned
 
 from raycore import kdtree
 from raycore.tbutil import package_with_latencies, rtl, run_cocotb
@@ -19,10 +19,10 @@ SOURCES = [
     "prim/rc_skid.sv", "fp/rc_fp_pipe.sv", "fp/rc_fp_norm.sv", "fp/rc_fp_round.sv", "fp/rc_fp_add.sv",
     "fp/rc_fp_add3.sv", "fp/rc_fp_mul.sv", "fp/rc_fp_cmp.sv", "fp/rc_fp_div.sv", "mem/rc_l1_pend.sv", "mem/rc_l1.sv",
     "mem/rc_l2_mshr.sv", "mem/rc_l2_victim.sv", "mem/rc_l2.sv", "tni/rc_tni_pkg.sv", "tni/rc_tni_step.sv",
-    "tni/rc_tni_front.sv", "tni/rc_tni_back.sv", "tni/rc_tni_stack.sv", "tni/rc_tni_rays.sv", "tni/rc_tni_next.sv",
-    "tni/rc_tni_pipe.sv", "tni/rc_tni.sv",
+    "tni/rc_tni_box.sv", "tni/rc_tni_front.sv", "tni/rc_tni_back.sv", "tni/rc_tni_stack.sv", "tni/rc_tni_rays.sv",
+    "tni/rc_tni_next.sv", "tni/rc_tni_pipe.sv", "tni/rc_tni.sv",
 ]  # fmt: skip
-HIT_W = 111  # hit_t without the id
+HIT_W = 120  # hit_t without the id
 EVENTS = ["ray_out", "ray_in", "list_hit", "nt_hit", "bubble", "miss_list", "miss_nt", "isect", "trav2", "trav1", "box"]
 
 
@@ -145,6 +145,27 @@ async def objects(dut):
         Objects(soup(300, 0.1, seed) * 0.3 - 0.5, [soup(50, 0.1, seed) * 0.1 + 0.8]),
         Objects(np.zeros((0, 3, 3)), [soup(100, 0.2, seed), soup(60, 0.2, seed + 1) * 0.5]),
         Objects(soup(100, 0.2, seed), [soup(60, 0.3, seed), soup(30, 0.3, seed + 1)], cut=True),
+    ]
+    for bench in worlds:
+        latency, p_ready = random.choice([(lambda: 60, 1.0), (lambda: random.randint(1, 400), 0.5), (lambda: 1, 0.9)])
+        _, total, _ = await compare(dut, bench, count, latency, p_ready)
+        cocotb.log.info("%d objects: slots a ray %s", len(bench.instances) - 1, {k: v / count for k, v in total.items()})
+
+
+@cocotb.test()
+async def placed_objects(dut):
+    """Objects in coordinates of their own: one shape in many places, beside others that are not placed, all listed twice."""
+    seed, count = int(os.environ["RAYCORE_SEED"]), int(os.environ.get("TNI_RAYS", "1500"))
+    rng = np.random.default_rng(seed)
+    shapes = [soup(80, 0.3, seed) * 0.3, blocks(2) * 0.2, soup(30, 0.2, seed + 1) * 0.4]
+
+    def places(n, reach):
+        return [(int(rng.integers(2)), turned(rng), rng.uniform(-reach, reach, 3)) for _ in range(n)]
+
+    worlds = [
+        Objects(soup(200, 0.1, seed) * 0.5, [*shapes, *shapes[:1] * 9], places=[None] * 3 + places(9, 0.7)),
+        Objects(soup(60, 0.2, seed), [*shapes[:2], *shapes[:1] * 4], kdtree.Params(max_leaf=1), True, places(6, 0.2)),
+        Objects(np.zeros((0, 3, 3)), [*shapes, *shapes[:1] * 60], kdtree.Params(max_leaf=4), places=places(63, 0.8)),
     ]
     for bench in worlds:
         latency, p_ready = random.choice([(lambda: 60, 1.0), (lambda: random.randint(1, 400), 0.5), (lambda: 1, 0.9)])

@@ -16,7 +16,7 @@ WORD_MASK = (1 << 60) - 1
 class Bench:
     """A scene's tree as memory lines, as `tree_cfg_t` and as the model's arrays."""
 
-    instances = np.zeros((0, 4), np.uint64)
+    instances = np.zeros((0, 32), np.uint64)
 
     def __init__(self, triangles, params=None):
         self.triangles = fp24.round_to_fp24(np.asarray(triangles, dtype=np.float64))
@@ -29,6 +29,7 @@ class Bench:
         grow = np.array([[-(2.0**-10)] * 3, [2.0**-10] * 3])
         self.box = fp24.round_to_fp24(self.tree.bounds + grow)
         self.arrays = tracer.decode(self.tree.nodes, self.tree.lists, records, self.box, self.tree.root)
+        self.aims = [(t, i, tracer.NOT_PLACED) for i, t in enumerate(self.triangles)]  # where it stands, number, placed object
         self.lines = {}
         self._store(NODE_BASE, self.tree.nodes)
         lists = np.concatenate([self.tree.lists, np.zeros(len(self.tree.lists) % 2, dtype=np.uint32)])
@@ -62,7 +63,7 @@ class Bench:
         rays = []
         for _ in range(count):
             org = np.array([random.uniform(lo[i] - 0.3, hi[i] + 0.3) for i in range(3)])
-            aim = self.triangles[random.randrange(len(self.triangles))]
+            aim, tri, inst = random.choice(self.aims)
             weights = np.array([random.random() for _ in range(3)])
             kind = random.randrange(10)
             target = aim[random.randrange(3)] if kind == 0 else (weights[:, None] * aim).sum(0) / weights.sum()
@@ -89,7 +90,8 @@ class Bench:
             rays.append({
                 "org": fp24.round_to_fp24(org), "dir": fp24.round_to_fp24(direction),
                 "t_max": float(fp24.round_to_fp24(length * random.choice([0.5, 1.0, 2.0]))) if shadow else tracer.HUGE,
-                "skip": random.randrange(len(self.triangles)) if random.random() < 0.3 else tracer.TRI_NONE,
+                "skip": tri if random.random() < 0.3 else tracer.TRI_NONE,
+                "skip_inst": inst if random.random() < 0.8 else random.choice(self.aims)[2],
                 "any_hit": shadow,
                 "t_min": tracer.T_MIN if random.random() < 0.6 else
                 float(fp24.round_to_fp24(tracer.T_MIN + length * random.choice([0.001, 0.5, 0.9, 1.1]) + 2.0**-8)),
@@ -99,14 +101,15 @@ class Bench:
 
     def expect(self, rays):
         """(hit_t without the id for every ray, slots (n, 4)) from the model."""
-        names = ("org", "dir", "inv_dir", "t_min", "t_max", "skip", "any_hit")
-        tri, t, beta, gamma, mat, opaque, slots = tracer.trace_rays(self.arrays, *(np.array([r[k] for r in rays]) for k in names))
+        names = ("org", "dir", "inv_dir", "t_min", "t_max", "skip", "skip_inst", "any_hit")
+        columns = (np.array([r[k] for r in rays]) for k in names)
+        tri, t, beta, gamma, mat, opaque, inst, slots = tracer.trace_rays(self.arrays, *columns)
         t, beta, gamma = fp24.to_bits(t), fp24.to_bits(beta), fp24.to_bits(gamma)
         hits = []
         for i, ray in enumerate(rays):
             hit = tri[i] != tracer.TRI_NONE
-            hits.append(pack((int(ray["any_hit"]), 1), (int(hit), 1), (int(opaque[i]), 1), (int(mat[i]), 12), (int(tri[i]), 24),
-                             (int(t[i]), 24), (int(beta[i]), 24), (int(gamma[i]), 24)))  # fmt: skip
+            hits.append(pack((int(ray["any_hit"]), 1), (int(hit), 1), (int(opaque[i]), 1), (int(mat[i]), 12), (int(inst[i]), 9),
+                             (int(tri[i]), 24), (int(t[i]), 24), (int(beta[i]), 24), (int(gamma[i]), 24)))  # fmt: skip
         return hits, slots
 
 
@@ -114,10 +117,11 @@ class Objects(Bench):
     """A static tree and dynamic objects, each with a tree of its own, and a tree over their boxes.
 
     Triangles are those of the static tree, then those of each object. cut: the top-level tree is one plane through the
-    middle with every object on both sides, so that each is listed twice.
+    middle with every object on both sides, so that each is listed twice. places: for each object None, or the number of the
+    object whose shape it is, rotation (3, 3) and origin (3,) with which it is placed; its own triangles then count for nothing.
     """
 
-    def __init__(self, static, objects, params=None, cut=False):
+    def __init__(self, static, objects, params=None, cut=False, places=None):
         groups = [fp24.round_to_fp24(np.clip(g, -1.0, 1.0)) for g in (static, *objects)]
         super().__init__(np.concatenate(groups))
         records = np.array([self.lines[ACCEL_BASE + i // 2][4 * (i % 2) :][:4] for i in range(len(self.triangles))], np.uint64)
@@ -135,7 +139,15 @@ class Objects(Bench):
             lists.append(tree.lists + np.uint32(at))
             return root
 
-        boxes = [np.stack((g.min((0, 1)), g.max((0, 1)))) + grow for g in groups[1:]]
+        places = places or [None] * len(objects)
+        stand = [p and (p[0] + 1, *p[1:]) for p in places]  # by number of the group, the static tree's first
+        world = [g if p is None else groups[p[0]] @ p[1].T + p[2] for g, p in zip(groups[1:], stand)]
+        starts = np.cumsum([0, *map(len, groups)])
+        self.aims = [(t, i, tracer.NOT_PLACED) for i, t in enumerate(groups[0])]
+        for thing, (g, p) in enumerate(zip(world, stand, strict=True), 1):
+            at, inst = (starts[thing], tracer.NOT_PLACED) if p is None else (starts[p[0]], thing)
+            self.aims += [(t, int(at + i), inst) for i, t in enumerate(g)]
+        boxes = [np.stack((g.min((0, 1)), g.max((0, 1)))) + grow for g in world]
         for group in groups:
             if not len(group):  # a leaf without triangles
                 nodes.append(np.array([3 << 24], np.uint64))
@@ -147,7 +159,7 @@ class Objects(Bench):
         inside = np.clip(corners, -1.0, 1.0)  # planes lie within the scene
         if cut:
             at, n = sum(map(len, nodes)), len(boxes)
-            plane = int(fp24.to_bits(np.array([corners[:, :, 0].mean()]))[0])
+            (plane,) = numbers([corners[:, :, 0].mean()])
             leaf = 3 << 24 | n | sum(map(len, lists)) << 29
             nodes.append(np.array([plane | at + 2 << 29, leaf, leaf], np.uint64))
             lists.append(np.array([i + 1 | (i == n - 1) << 24 for i in range(n)], np.uint32))
@@ -157,8 +169,9 @@ class Objects(Bench):
             roots.append(add(kdtree.build(things, np.zeros(len(things), bool), params), 1))
         whole = np.stack((corners[:, 0].min(0), corners[:, 1].max(0)))
         self.tree = kdtree.Tree(np.concatenate(nodes), np.concatenate(lists), roots[0], self.tree.bounds, None, {})
+        of_shape = [roots[p[0]] if p else root for root, p in zip(roots[1:-1], stand, strict=True)]
         self.instances = np.array(
-            [instance(root, box) for root, box in zip([roots[-1], *roots[1:-1]], [whole + grow, *corners], strict=True)], np.uint64
+            [instance(*v) for v in zip([roots[-1], *of_shape], [whole + grow, *corners], [None, *stand], strict=True)], np.uint64
         )
         some = groups[0] if len(static) else np.zeros((1, 1, 3))
         self.box = fp24.round_to_fp24(np.stack((some.min((0, 1)), some.max((0, 1)))) + grow)
@@ -169,10 +182,30 @@ class Objects(Bench):
         self._store(INST_BASE, self.instances.reshape(-1))
 
 
-def instance(root, box):
-    """`inst_t` as four words."""
-    lo, hi = (fp24.to_bits(fp24.round_to_fp24(np.asarray(v, dtype=np.float64))).astype(int).tolist() for v in box)
-    return [root | lo[0] << 24, lo[1] | lo[2] << 24, hi[0] | hi[1] << 24, hi[2]]
+def numbers(v):
+    """FP24 patterns of numbers, as integers."""
+    return fp24.to_bits(fp24.round_to_fp24(np.asarray(v, dtype=np.float64))).astype(int).tolist()
+
+
+def instance(root, box, place=None):
+    """An instance's record as 32 words: `inst_t`, three times `inst_row_t`, `place_t`. place: shape, rotation, origin."""
+    lo, hi = map(numbers, box)
+    words = [root | lo[0] << 24, lo[1] | lo[2] << 24, hi[0] | hi[1] << 24, hi[2]] + [0] * 28
+    if place is not None:
+        words[0] |= 1 << 48
+        rotation, c = numbers(place[1]), numbers(place[2])
+        for i, (x, y, z) in enumerate(zip(*rotation)):  # the way in is by the transpose
+            words[4 * i + 4 : 4 * i + 8] = [x | y << 24, c[0] | c[1] << 24, c[2] | z << 24, root]
+        for i, (x, y, z) in enumerate(rotation):
+            words[2 * i + 16 : 2 * i + 18] = [x | y << 24, z | c[i] << 24]
+    return words
+
+
+def turned(rng):
+    """A random rotation (3, 3), sometimes by a quarter turn so that it has zeros and ones."""
+    if rng.random() < 0.3:
+        return np.eye(3)[rng.permutation(3)] * rng.choice([-1.0, 1.0], 3)
+    return np.linalg.qr(rng.normal(size=(3, 3)))[0]
 
 
 def pack(*fields):
@@ -194,7 +227,7 @@ def ray_word(ident, ray):
     """`ray_t`."""
     t_min, t_max = (int(b) for b in fp24.to_bits(np.array([ray["t_min"], ray["t_max"]])))
     return pack(
-        (ident, 8), (int(ray["any_hit"]), 1), (int(ray["skip"]), 24), (t_min, 24), (t_max, 24),
+        (ident, 8), (int(ray["any_hit"]), 1), (int(ray["skip_inst"]), 9), (int(ray["skip"]), 24), (t_min, 24), (t_max, 24),
         (vec3(ray["inv_dir"]), 72), (vec3(ray["dir"]), 72), (vec3(ray["org"]), 72),
     )  # fmt: skip
 

@@ -104,7 +104,7 @@ module rc_rtu import rc_pkg::*; #(
     ev_o.tni[3].trav2       = state_q == RAYS;
     ev_o.tni[2].trav2       = state_q == RAYS;
     trace_o.hit_valid       = hit_q;
-    trace_o.hit             = '{id: id_q, any_hit: 1'b0, hit: 1'b1, tri_idx: idx_t'(id_q), t: FP_ONE, default: '0};
+    trace_o.hit             = '{id: id_q, any_hit: 1'b0, hit: 1'b1, surf: surf_t'(id_q), t: FP_ONE, default: '0};
     ev_o.tni[0].ray_out     = hit_q;
   end
 

@@ -2,7 +2,8 @@
 """A whole frame: bit for bit as the hardware computes it, and the same picture in double precision.
 
 Both run each pixel's tree of rays through the models of the units in the order of docs/whitted.md; `_trace_row` is that
-order, written once. `render_fp24` reads the memory image and the registers, nothing else. `render_double` takes the same view,
+order, written once. `render_fp24` reads the memory image and the registers, nothing else, and names triangles as the scene
+does. `render_double` takes the same view,
 but mesh, camera, lights, materials and texture coordinates before they were rounded, and finds its hits in a structure of its
 own (`bvh`); texels and the levels of triangles are the image's.
 """
@@ -18,6 +19,7 @@ from numba.extending import overload
 
 from raycore import regs
 from raycore.image import (
+    INSTANCE_WORDS,
     camera_arguments,
     light_table,
     material_table,
@@ -40,8 +42,9 @@ NOT_TRACED, CULLED, LIT, SHADOWED = range(4)  # what became of a light of a prim
 
 # One ray. t, beta, gamma: in `render_fp24` they are FP24 numbers, which 32 bits hold exactly; where nothing was hit they and
 # tri (-1) mean nothing. depth: bounces before the ray, of a shadow ray before its surface. light: of a shadow ray, else 0.
+# inst: placed object that the triangle is in, whose number is then that of its record, shared by objects; `Frame.log_tri`.
 RAY = np.dtype(
-    [("kind", "u1"), ("light", "u1"), ("hit", "u1"), ("depth", "u1"), ("tri", "i4")]
+    [("kind", "u1"), ("light", "u1"), ("hit", "u1"), ("depth", "u1"), ("tri", "i4"), ("inst", "u2")]
     + [(name, "f4") for name in ("t", "beta", "gamma")]
 )
 
@@ -50,7 +53,8 @@ RAY = np.dtype(
 class Frame:
     """A rendered frame. Distances are in the unit box; float64 values of `render_fp24` are FP24 numbers.
 
-    tri to gamma, org and dir are those of the primary rays, light of their hits.
+    tri to gamma, org and dir are those of the primary rays, light of their hits. tri is a triangle of the scene; offsets
+    (instances,) leads to it from the numbers of `log`.
     """
 
     rgb: np.ndarray  # (H, W, 3) float64, not clamped
@@ -68,6 +72,12 @@ class Frame:
     culled: int  # lights behind their surface, which no ray was made for
     slots: np.ndarray  # (4,) int64 by tracer.BOX, TRAV1, TRAV2, ISECT; zero in double precision
     work: np.ndarray  # (H, W, 2) int64 of each pixel's rays: slots, and those with two traversal steps
+    offsets: np.ndarray  # int64: what to add to `log`'s tri, by its inst
+
+    @property
+    def log_tri(self):
+        """Triangles of the scene that the rays of `log` hit: (rays,) int64, -1: none."""
+        return scene_triangles(self.log["tri"].astype(np.int64), self.log["inst"], self.offsets)
 
     @property
     def rays(self):
@@ -78,6 +88,11 @@ class Frame:
         """The rays of a pixel, in order: (rays,) RAY."""
         pixel = y * self.tri.shape[1] + x
         return self.log[self.start[pixel] : self.start[pixel + 1]]
+
+
+def scene_triangles(tri, inst, offsets):
+    """Triangles of the scene from those of records, in placed objects inst; -1 stays. offsets: of `image.Geometry`."""
+    return np.where(tri < 0, tri, tri + offsets[inst])
 
 
 class Setup(NamedTuple):
@@ -117,6 +132,26 @@ def _twin(single, double):
     return f
 
 
+_place24 = shade.FP24.place
+
+
+@njit(cache=True, error_model="numpy")
+def _info24(placed, info, inst):
+    return _place24(info, placed[inst]) if inst != tracer.NOT_PLACED else info
+
+
+def _info(tree, info, inst):
+    """Triangle information in the scene's coordinates, of a triangle in placed object inst."""
+    raise NotImplementedError("only for compiled code")
+
+
+@overload(_info)
+def _choose_info(tree, info, inst):
+    if tree.instance_class is tracer.TreeArrays:
+        return lambda tree, info, inst: _info24(tree.inst_place, info, inst)
+    return lambda tree, info, inst: info  # which has all triangles in the scene's coordinates
+
+
 _hit_point = _twin(shade.FP24.hit_point, shade.DOUBLE.hit_point)
 _coverage = _twin(shade.FP24.coverage, shade.DOUBLE.coverage)
 _weight = _twin(shade.FP24.weight, shade.DOUBLE.weight)
@@ -131,33 +166,35 @@ _sample = _twin(texture.sample24, texture.sample64)
 
 
 @njit(cache=True, error_model="numpy")
-def _trace24(tree, org, d, t_min, t_max, skip, any_hit, slots):
+def _trace24(tree, org, d, t_min, t_max, skip, skip_inst, any_hit, slots):
     o, v, inv = np.empty(3), np.empty(3), np.empty(3)
     for i in range(3):
         o[i], v[i], inv[i] = org[i], d[i], rgen.inverse(d[i])
     skipped = tracer.TRI_NONE if skip < 0 else skip
-    tri, t, beta, gamma, mat, opaque = tracer.trace_ray(tree, o, v, inv, t_min, t_max, skipped, any_hit, slots)
-    return (-1 if tri == tracer.TRI_NONE else tri), t, beta, gamma, mat, opaque
+    tri, t, beta, gamma, mat, opaque, inst = tracer.trace_ray(
+        tree, o, v, inv, t_min, t_max, skipped, skip_inst, any_hit, slots
+    )
+    return (-1 if tri == tracer.TRI_NONE else tri), t, beta, gamma, mat, opaque, inst
 
 
 @njit(cache=True, error_model="numpy")
-def _trace64(tree, org, d, t_min, t_max, skip, any_hit, slots):
+def _trace64(tree, org, d, t_min, t_max, skip, skip_inst, any_hit, slots):
     tri, t, beta, gamma = bvh.trace_ray(tree, org, d, t_min, t_max, skip, any_hit)
     if tri < 0:
-        return tri, t, beta, gamma, np.int64(0), False
-    return tri, t, beta, gamma, tree.mat[tri], tree.opaque[tri]
+        return tri, t, beta, gamma, np.int64(0), False, np.int64(tracer.NOT_PLACED)
+    return tri, t, beta, gamma, tree.mat[tri], tree.opaque[tri], np.int64(tracer.NOT_PLACED)
 
 
-def _trace(tree, org, d, t_min, t_max, skip, any_hit, slots):
-    """(triangle or -1, t, beta, gamma, mat, opaque) of one ray, vectors as tuples."""
+def _trace(tree, org, d, t_min, t_max, skip, skip_inst, any_hit, slots):
+    """(triangle or -1, t, beta, gamma, mat, opaque, placed object) of one ray, vectors as tuples."""
     raise NotImplementedError("only for compiled code")
 
 
 @overload(_trace)
-def _choose_trace(tree, org, d, t_min, t_max, skip, any_hit, slots):
+def _choose_trace(tree, org, d, t_min, t_max, skip, skip_inst, any_hit, slots):
     chosen = _trace24 if tree.instance_class is tracer.TreeArrays else _trace64
-    return lambda tree, org, d, t_min, t_max, skip, any_hit, slots: chosen(
-        tree, org, d, t_min, t_max, skip, any_hit, slots
+    return lambda tree, org, d, t_min, t_max, skip, skip_inst, any_hit, slots: chosen(
+        tree, org, d, t_min, t_max, skip, skip_inst, any_hit, slots
     )
 
 
@@ -185,14 +222,14 @@ def _choose_settle(tree, corners, wanted, org, d, found, t, beta, gamma, mat):
 
 
 @njit(cache=True)
-def _logged(log, n, kind, light, depth, tri, t, beta, gamma):
+def _logged(log, n, kind, light, depth, tri, inst, t, beta, gamma):
     """log with one more ray at n: the same array, or a longer one."""
     if n == log.size:
         longer = np.empty(2 * n, log.dtype)
         longer[:n] = log
         log = longer
     log[n]["kind"], log[n]["light"], log[n]["hit"], log[n]["depth"] = kind, light, tri >= 0, depth
-    log[n]["tri"], log[n]["t"], log[n]["beta"], log[n]["gamma"] = tri, t, beta, gamma
+    log[n]["tri"], log[n]["inst"], log[n]["t"], log[n]["beta"], log[n]["gamma"] = tri, inst, t, beta, gamma
     return log
 
 
@@ -216,7 +253,7 @@ def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth
     """
     n, culled_count = 0, 0
     stack = np.empty((STACK, 10))  # direction, origin, weight, length
-    stack_depth, stack_skip = np.empty(STACK, np.int64), np.empty(STACK, np.int64)
+    stack_depth, stack_skip = np.empty(STACK, np.int64), np.empty((STACK, 2), np.int64)
     background = (s.background[0], s.background[1], s.background[2])
     for x in range(dirs.shape[0]):
         start[x] = n
@@ -224,14 +261,16 @@ def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth
         acc = (0.0, 0.0, 0.0)
         sp = 0
         # the ray to trace next
-        kind, depth, skip, t_min = PRIMARY, 0, -1, tracer.T_MIN
+        kind, depth, skip, skip_inst, t_min = PRIMARY, 0, -1, tracer.NOT_PLACED, tracer.T_MIN
         org, d = (s.org[0], s.org[1], s.org[2]), (dirs[x, 0], dirs[x, 1], dirs[x, 2])
         w, length = (1.0, 1.0, 1.0), 0.0
         while True:
-            found, t, beta, gamma, mat, _ = _trace(tree, org, d, t_min, tracer.HUGE, skip, False, slots)
+            found, t, beta, gamma, mat, _, inst = _trace(
+                tree, org, d, t_min, tracer.HUGE, skip, skip_inst, False, slots
+            )
             if kind == PRIMARY:
                 found, t, beta, gamma, mat = _settle(tree, s.corners, wanted[x], org, d, found, t, beta, gamma, mat)
-            log = _logged(log, n, kind, 0, depth, found, t, beta, gamma)
+            log = _logged(log, n, kind, 0, depth, found, inst, t, beta, gamma)
             n += 1
             by_depth[kind, depth] += 1
             if kind == PRIMARY:
@@ -243,7 +282,8 @@ def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth
                 # surface
                 material = s.materials[mat]
                 tex, ta = _texture(tree, s, found, mat, beta, gamma, _longer(tree, length, t))
-                p, g, m, md, length, inside = _hit_point(tree, org, d, t, beta, gamma, s.info[found], length)
+                info = _info(tree, s.info[found], inst)
+                p, g, m, md, length, inside = _hit_point(tree, org, d, t, beta, gamma, info, length)
                 ctx = (p, g, m, d, md)
                 alpha = _coverage(tree, ta, material)
                 wl = _weight(tree, alpha, w)
@@ -255,8 +295,10 @@ def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth
                     blocked = culled
                     traced = s.shadows and not culled
                     while traced:
-                        at, t, beta, gamma, mat2, opaque = _trace(tree, p, to, from_t, t_max, found, True, slots)
-                        log = _logged(log, n, SHADOW, l, depth, at, t, beta, gamma)
+                        at, t, beta, gamma, mat2, opaque, at_inst = _trace(
+                            tree, p, to, from_t, t_max, found, inst, True, slots
+                        )
+                        log = _logged(log, n, SHADOW, l, depth, at, at_inst, t, beta, gamma)
                         n += 1
                         by_depth[SHADOW, depth] += 1
                         traced = at >= 0 and not opaque
@@ -275,13 +317,13 @@ def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth
                 goes = material[shade.REFLECTS] != 0.0 or not shade.opaque(material)
                 if depth < s.max_depth and goes:
                     one, two = _bounce(tree, ctx, tex, w, alpha, inside, material, s.min_weight)
-                    depth, skip, t_min = depth + 1, found, s.t_min
+                    depth, skip, skip_inst, t_min = depth + 1, found, inst, s.t_min
                     if one[0] and two[0]:
                         if sp == STACK:
                             raise ValueError("a pixel put too many rays aside")
                         for i in range(3):
                             stack[sp, i], stack[sp, 3 + i], stack[sp, 6 + i] = two[2][i], two[3][i], two[1][i]
-                        stack[sp, 9], stack_depth[sp], stack_skip[sp] = length, depth, skip
+                        stack[sp, 9], stack_depth[sp], stack_skip[sp, 0], stack_skip[sp, 1] = length, depth, skip, skip_inst
                         sp += 1
                     goes_on = one[0] or two[0]
                     if goes_on:
@@ -294,7 +336,7 @@ def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth
                 kind = TRANSMIT
                 d, org = (stack[sp, 0], stack[sp, 1], stack[sp, 2]), (stack[sp, 3], stack[sp, 4], stack[sp, 5])
                 w, length = (stack[sp, 6], stack[sp, 7], stack[sp, 8]), stack[sp, 9]
-                depth, skip, t_min = stack_depth[sp], stack_skip[sp], s.t_min
+                depth, skip, skip_inst, t_min = stack_depth[sp], stack_skip[sp, 0], stack_skip[sp, 1], s.t_min
         rgb[x, 0], rgb[x, 1], rgb[x, 2] = acc
         work[x, 0] += slots.sum()
         work[x, 1] += slots[tracer.TRAV2]
@@ -304,7 +346,7 @@ def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth
 # ---- frames --------------------------------------------------------------------------------------------------------------
 
 
-def _render(view, setup, tree, dirs, wanted=None):
+def _render(view, setup, tree, dirs, offsets, wanted=None):
     h, w = dirs.shape[:2]
     wanted = np.full((h, w), -1, np.int64) if wanted is None else wanted
     out = {
@@ -326,23 +368,24 @@ def _render(view, setup, tree, dirs, wanted=None):
         rows = list(pool.map(row, range(h)))
     before = np.cumsum([0, *(log.size for log, _ in rows)])
     start = np.append((out.pop("start") + before[:-1, None]).reshape(-1), before[-1])
-    hit = out.pop("hit")
+    hit, log = out.pop("hit"), np.concatenate([log for log, _ in rows])
     return Frame(
         rgb=out["rgb"],
         pixels=pixbuf.pack(out["rgb"], view.fb_format),
-        tri=out["tri"],
+        tri=scene_triangles(out["tri"], log["inst"][start[:-1]].reshape(h, w), offsets),
         t=hit[..., 0],
         beta=hit[..., 1],
         gamma=hit[..., 2],
         light=np.ascontiguousarray(out["light"].transpose(1, 0, 2)),
         org=setup.org,
         dir=dirs,
-        log=np.concatenate([log for log, _ in rows]),
+        log=log,
         start=start,
         by_depth=out["by_depth"].sum(axis=0),
         culled=sum(int(culled) for _, culled in rows),
         slots=out["slots"].sum(axis=0),
         work=out["work"],
+        offsets=offsets,
     )
 
 
@@ -357,7 +400,7 @@ def decode_tree(image):
         region_words(image, "triaccel", r["TRI_COUNT"], 4),
         box,
         r["NODE_ROOT"],
-        region_words(image, "instances", r["INST_COUNT"], 4) if r.get("INST_COUNT") else (),
+        region_words(image, "instances", r["INST_COUNT"], INSTANCE_WORDS) if r.get("INST_COUNT") else (),
     )
 
 
@@ -402,7 +445,7 @@ def render_fp24(image):
     """
     camera = rgen.Camera(*(register_vector(image, f"CAM_{n.upper()}_") for n in rgen.Camera._fields))
     dirs, _ = rgen.primary_rays(camera, image.view.width, image.view.height)
-    return _render(image.view, *setup_fp24(image), dirs)
+    return _render(image.view, *setup_fp24(image), dirs, image.geometry.offsets)
 
 
 def _info64(triangles, normals):
@@ -423,7 +466,7 @@ def _uv64(image):
     if not len(records):
         return records
     edges = (uv[:, 1:] - uv[:, :1]).reshape(-1, 4)
-    return np.ascontiguousarray(np.concatenate((uv[:, 0], edges, records[:, 6:]), axis=1))
+    return np.ascontiguousarray(np.concatenate((uv[:, 0], edges, records[image.geometry.rows, 6:]), axis=1))
 
 
 def setup_double(image):
@@ -456,4 +499,4 @@ def render_double(image, wanted=None):
     unit, view = image.geometry.unit, image.view
     camera = rgen.camera_vectors(*camera_arguments(view.camera, unit, view.width, view.height))
     dirs, _ = rgen.primary_rays_double(camera, view.width, view.height)
-    return _render(view, *setup_double(image), dirs, wanted)
+    return _render(view, *setup_double(image), dirs, np.zeros(1, np.int64), wanted)

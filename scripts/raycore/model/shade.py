@@ -97,6 +97,18 @@ def make_shading(add, add3, mul, div, sqrt, power, behind):
     # ---- hit point --------------------------------------------------------------------------------------------------
 
     @njit(error_model="numpy")
+    def place(info, placed):
+        """Triangle information (5, 3) of a placed object in the scene's coordinates. placed (3, 4): rotation and origin."""
+        out = np.empty((5, 3))
+        for v in range(5):
+            x = (info[v, 0], info[v, 1], info[v, 2])
+            for i in range(3):
+                out[v, i] = dot2((placed[i, 0], placed[i, 1], placed[i, 2]), x)
+                if v == 0:
+                    out[v, i] = add(out[v, i], placed[i, 3])
+        return out
+
+    @njit(error_model="numpy")
     def hit_point(org, d, t, beta, gamma, info, length):
         """Hit point and its normals, for a hit at distance t with barycentric weights beta, gamma.
 
@@ -267,6 +279,7 @@ def make_shading(add, add3, mul, div, sqrt, power, behind):
         return plus(acc, times(times(wl, tr), k))
 
     return SimpleNamespace(
+        place=place,
         hit_point=hit_point,
         longer=longer,
         coverage=coverage,

@@ -6,7 +6,8 @@ float64 that hold FP24 numbers, see `raycore.model.fp24`. A *slot* is one pass o
 misses cost further slots in hardware, which this model does not have.
 
 With dynamic objects there are three kinds of trees: the top-level tree, whose leaves list objects, a subtree for each object,
-and the static tree. The top-level tree comes first (Sec. 3.7); what was hit in it limits the static tree.
+and the static tree. The top-level tree comes first (Sec. 3.7); what was hit in it limits the static tree. A *placed* object
+stands in coordinates of its own, and rays that enter it are brought there; t is the same in both.
 """
 
 import math
@@ -17,6 +18,7 @@ from numba import njit
 
 from . import fp24
 from .fp24 import fadd, fadd3, fdiv, fmul, fsub, ulp_add
+from .rgen import inverse
 
 HUGE = 2.0**62  # 1/0, and "no limit"
 T_MIN = 2.0**-14
@@ -27,7 +29,9 @@ TRI_NONE = (1 << 24) - 1
 
 BOX, TRAV1, TRAV2, ISECT = range(4)  # slot kinds, indices of a slot count
 AT_BASE, EARLY = -1, -2  # in place of a leaf: the walk is over, its stack is empty or what lies on it is too far
-TRI, SLACK = range(2)  # best_i: triangle, whether it used the slack
+TRI, SLACK, INST = range(3)  # best_i: triangle, whether it used the slack, placed object that it is in
+NOT_PLACED = 0  # the triangle lies in the scene's coordinates
+ROWS = 3  # slots that bring a ray into an object's coordinates
 T, BETA, GAMMA = range(3)  # best_f
 
 
@@ -48,17 +52,20 @@ class TreeArrays(NamedTuple):
     root: int
     inst_root: np.ndarray  # (instances,) int64: roots of the top-level tree [0] and of the objects; none: no such tree
     inst_box: np.ndarray  # (instances, 2, 3) float64
+    inst_placed: np.ndarray  # (instances,) bool: the object has coordinates of its own
+    inst_rows: np.ndarray  # (instances, 3, 6) float64: a row of the rotation into them, and the point that becomes 0
+    inst_place: np.ndarray  # (instances, 3, 4) float64: rotation out of them, and where their 0 is
 
 
 def decode(nodes, entries, accel_words, box, root, instances=()):
     """Decode memory words into `TreeArrays`.
 
     Args: nodes (n,) uint64; entries (m,) uint32; accel_words (t, 4) uint64; box (2, 3) FP24 values; root node index;
-        instances (i, 4) uint64: the top-level tree and the objects, none without dynamic objects.
+        instances (i, 32) uint64: the top-level tree and the objects, none without dynamic objects.
     """
     nodes = np.asarray(nodes, dtype=np.uint64)
     words = np.asarray(accel_words, dtype=np.uint64)
-    records = np.asarray(instances, dtype=np.uint64).reshape(-1, 4)
+    records = np.asarray(instances, dtype=np.uint64).reshape(-1, 32)
     f24 = np.uint64(0xFFFFFF)
 
     def field(word, shift):
@@ -92,6 +99,16 @@ def decode(nodes, entries, accel_words, box, root, instances=()):
         inst_box=np.ascontiguousarray(
             np.stack([corner(0, 24), corner(1, 0), corner(1, 24), corner(2, 0), corner(2, 24), corner(3, 0)], axis=1)
         ).reshape(-1, 2, 3),
+        inst_placed=(records[:, 0] >> np.uint64(48)) & np.uint64(1) == 1,
+        inst_rows=np.ascontiguousarray(
+            np.stack(
+                [corner(w + i, shift) for w in (4, 8, 12) for i, shift in ((0, 0), (0, 24), (2, 24), (1, 0), (1, 24), (2, 0))],
+                axis=1,
+            )
+        ).reshape(-1, 3, 6),
+        inst_place=np.ascontiguousarray(
+            np.stack([corner(16 + 2 * i + j // 2, 24 * (j % 2)) for i in range(3) for j in range(4)], axis=1)
+        ).reshape(-1, 3, 4),
     )
 
 
@@ -207,12 +224,13 @@ def _listed(tree, index, direct):
 
 
 @njit(cache=True, error_model="numpy")
-def _walk(tree, root, tmin, tmax, ray, best_f, best_i, stack_node, stack_t, base, slots):
+def _walk(tree, root, tmin, tmax, ray, inst, best_f, best_i, stack_node, stack_t, base, slots):
     """The nearest triangle of a tree, if nearer than the best so far: (AT_BASE or EARLY, whether it ends the ray).
 
-    best_f (3,) float64 and best_i (2,) int64: the best hit so far, by T, BETA, GAMMA and TRI, SLACK; a nearer one is stored there.
+    inst: the placed object whose tree it is. best_f (3,) float64 and best_i (3,) int64: the best hit so far, by T, BETA, GAMMA
+    and TRI, SLACK, INST; a nearer one is stored there.
     """
-    org, dir, inv_dir, t_min, skip, any_hit = ray
+    org, dir, inv_dir, t_min, skip, skip_inst, any_hit = ray
     slack_min = T_SLACK if T_SLACK > t_min else t_min
     node, sp = root, base
     while True:
@@ -234,9 +252,10 @@ def _walk(tree, root, tmin, tmax, ray, best_f, best_i, stack_node, stack_t, base
                 nearer = t < ulp_add(best, SLACK_ULP)
             else:
                 nearer = t < best
-            if inside and tri != skip and nearer and t > (slack_min if slack else t_min):
+            skipped = tri == skip and inst == skip_inst
+            if inside and not skipped and nearer and t > (slack_min if slack else t_min):
                 best_f[T], best_f[BETA], best_f[GAMMA] = t, beta, gamma
-                best_i[TRI], best_i[SLACK] = tri, slack
+                best_i[TRI], best_i[SLACK], best_i[INST] = tri, slack, inst
                 if any_hit and tree.opaque[tri]:
                     return EARLY, True
             if last:
@@ -251,9 +270,21 @@ def _walk(tree, root, tmin, tmax, ray, best_f, best_i, stack_node, stack_t, base
 
 
 @njit(cache=True, error_model="numpy")
+def into_object(rows, org, dir):
+    """A ray in the coordinates of a placed object: (org, dir, inv_dir). rows (3, 6): of `TreeArrays.inst_rows`."""
+    o, d, inv = np.empty(3), np.empty(3), np.empty(3)
+    for i in range(3):
+        r = rows[i]
+        d[i] = fadd3(fmul(r[0], dir[0]), fmul(r[1], dir[1]), fmul(r[2], dir[2]))
+        o[i] = fadd3(fmul(r[0], fsub(org[0], r[3])), fmul(r[1], fsub(org[1], r[4])), fmul(r[2], fsub(org[2], r[5])))
+        inv[i] = inverse(d[i])
+    return o, d, inv
+
+
+@njit(cache=True, error_model="numpy")
 def _walk_objects(tree, ray, best_f, best_i, stack_node, stack_t, slots):
     """The top-level tree, and the tree of each object whose box the ray meets. Returns: whether that ends the ray."""
-    org, dir, inv_dir, _, _, _ = ray
+    org, dir, inv_dir, t_min, skip, skip_inst, any_hit = ray
     slots[BOX] += 1
     hit, tmin, tmax = box_test(tree.inst_box[0], org, dir, inv_dir, best_f[T])
     if not hit:
@@ -271,8 +302,13 @@ def _walk_objects(tree, ray, best_f, best_i, stack_node, stack_t, slots):
             slots[BOX] += 1
             hit, tmin, tmax = box_test(tree.inst_box[thing], org, dir, inv_dir, best_f[T])
             if hit:
+                within, inst = ray, NOT_PLACED
+                if tree.inst_placed[thing]:
+                    slots[BOX] += ROWS
+                    o, d, inv = into_object(tree.inst_rows[thing], org, dir)
+                    within, inst = (o, d, inv, t_min, skip, skip_inst, any_hit), thing
                 end, over = _walk(
-                    tree, tree.inst_root[thing], tmin, tmax, ray, best_f, best_i, stack_node, stack_t, sp, slots
+                    tree, tree.inst_root[thing], tmin, tmax, within, inst, best_f, best_i, stack_node, stack_t, sp, slots
                 )
                 if over:
                     return True
@@ -289,38 +325,39 @@ def _walk_objects(tree, ray, best_f, best_i, stack_node, stack_t, slots):
 
 
 @njit(cache=True, error_model="numpy")
-def trace_ray(tree, org, dir, inv_dir, t_min, t_max, skip, any_hit, slots):
-    """One ray: (triangle or TRI_NONE, t, beta, gamma, mat, opaque). Adds to slots (4,) int64, by BOX, TRAV1, TRAV2, ISECT.
+def trace_ray(tree, org, dir, inv_dir, t_min, t_max, skip, skip_inst, any_hit, slots):
+    """One ray: (triangle or TRI_NONE, t, beta, gamma, mat, opaque, inst). Adds to slots (4,) int64, by BOX, TRAV1, TRAV2, ISECT.
 
     org, dir, inv_dir: (3,) FP24 values. t_min: T_MIN or more; nothing nearer counts. any_hit: stop at the first hit that is
-    opaque (shadow rays); of others the nearest is kept. skip: triangle never hit. mat, opaque: of the triangle's record; 0
-    and False if nothing was hit. Raises: ValueError on a tree deeper than the stack.
+    opaque (shadow rays); of others the nearest is kept. skip, skip_inst: triangle never hit, and the placed object that it is
+    in. inst: the placed object that was hit, or NOT_PLACED. mat, opaque: of the triangle's record; 0 and False if nothing was
+    hit. Raises: ValueError on a tree deeper than the stack.
     """
-    ray = (org, dir, inv_dir, t_min, skip, any_hit)
-    best_f, best_i = np.array([t_max, 0.0, 0.0]), np.array([TRI_NONE, 0])
+    ray = (org, dir, inv_dir, t_min, skip, skip_inst, any_hit)
+    best_f, best_i = np.array([t_max, 0.0, 0.0]), np.array([TRI_NONE, 0, NOT_PLACED])
     stack_node, stack_t = np.empty(STACK_DEPTH, dtype=np.int64), np.empty((STACK_DEPTH, 2))
     over = tree.inst_root.size > 0 and _walk_objects(tree, ray, best_f, best_i, stack_node, stack_t, slots)
     if not over:
         slots[BOX] += 1
         hit, tmin, tmax = box_test(tree.box, org, dir, inv_dir, best_f[T])
         if hit:
-            _walk(tree, tree.root, tmin, tmax, ray, best_f, best_i, stack_node, stack_t, 0, slots)
-    tri = best_i[TRI]
+            _walk(tree, tree.root, tmin, tmax, ray, NOT_PLACED, best_f, best_i, stack_node, stack_t, 0, slots)
+    tri, inst = best_i[TRI], best_i[INST]
     if tri == TRI_NONE:
-        return tri, best_f[T], best_f[BETA], best_f[GAMMA], np.int64(0), False
-    return tri, best_f[T], best_f[BETA], best_f[GAMMA], tree.mat[tri], tree.opaque[tri]
+        return tri, best_f[T], best_f[BETA], best_f[GAMMA], np.int64(0), False, inst
+    return tri, best_f[T], best_f[BETA], best_f[GAMMA], tree.mat[tri], tree.opaque[tri], inst
 
 
 @njit(cache=True, error_model="numpy")
-def trace_rays(tree, org, dir, inv_dir, t_min, t_max, skip, any_hit):
-    """Many rays, arrays of `trace_ray`'s arguments: (triangle, t, beta, gamma, mat, opaque, slots (n, 4) int64)."""
+def trace_rays(tree, org, dir, inv_dir, t_min, t_max, skip, skip_inst, any_hit):
+    """Many rays, arrays of `trace_ray`'s arguments: (triangle, t, beta, gamma, mat, opaque, inst, slots (n, 4) int64)."""
     n = org.shape[0]
     tri = np.empty(n, dtype=np.int64)
     t, beta, gamma = np.empty(n), np.empty(n), np.empty(n)
-    mat, opaque = np.empty(n, np.int64), np.empty(n, np.bool_)
+    mat, opaque, inst = np.empty(n, np.int64), np.empty(n, np.bool_), np.empty(n, np.int64)
     slots = np.zeros((n, 4), dtype=np.int64)
     for i in range(n):
-        tri[i], t[i], beta[i], gamma[i], mat[i], opaque[i] = trace_ray(
-            tree, org[i], dir[i], inv_dir[i], t_min[i], t_max[i], skip[i], any_hit[i], slots[i]
+        tri[i], t[i], beta[i], gamma[i], mat[i], opaque[i], inst[i] = trace_ray(
+            tree, org[i], dir[i], inv_dir[i], t_min[i], t_max[i], skip[i], skip_inst[i], any_hit[i], slots[i]
         )
-    return tri, t, beta, gamma, mat, opaque, slots
+    return tri, t, beta, gamma, mat, opaque, inst, slots

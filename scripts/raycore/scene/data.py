@@ -114,6 +114,29 @@ class Camera:
 
 
 @dataclass
+class Placed:
+    """A rigid object, which stands in coordinates of its own: world = rotation @ local + translation.
+
+    rotation (3, 3) mirrors nothing; translation (3,) in world units. triangles and normals (n, 3, 3): its shape, in world units
+    too, in the order of its triangles in the scene.
+    """
+
+    rotation: np.ndarray
+    translation: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray
+
+    def moved(self, rotation, scale, translation):
+        """The object in another place: turned, scaled and moved."""
+        return Placed(
+            rotation @ self.rotation,
+            scale * (rotation @ self.translation) + translation,
+            scale * self.triangles,
+            self.normals,
+        )
+
+
+@dataclass
 class Scene:
     """A scene as loaded, in world units.
 
@@ -121,6 +144,7 @@ class Scene:
     vectors on the side of the triangle's own normal (right hand rule). camera is None and lights is empty if the file
     has none. uv (N, 3, 2) float64 texture coordinates of the corners, v downwards in the image, or None if nothing is
     textured. objects (N,) int32: which dynamic object a triangle belongs to, 0 none, ascending; None: nothing is dynamic.
+    placed: of the last len(placed) objects, which are rigid, where they stand; their triangles are among `triangles` as all others.
     warnings: one line for each kind of thing in the file that could not be mapped.
     """
 
@@ -138,6 +162,7 @@ class Scene:
     depth: int | None = None  # bounces that the scene asks for
     duration: float = 0.0  # seconds until its last key, 0: nothing moves
     objects: np.ndarray | None = None  # see above
+    placed: list = field(default_factory=list)  # of `Placed`
 
     @property
     def bounds(self):

@@ -10,13 +10,14 @@ import numpy as np
 
 from raycore.errors import SceneError
 from raycore.scene.animation import duration, matrix_at, rotation
-from raycore.scene.data import AMBIENT_LIGHT, Camera, Light, Scene, Texture, make_material
+from raycore.scene.data import AMBIENT_LIGHT, Camera, Light, Placed, Scene, Texture, make_material
 from raycore.scene.files import assemble, check_triangles
 from raycore.scene.materials import Notes, read_picture, settle_alpha, times
 from raycore.scene.mesh import Part
 
 SCHEMA = Path(__file__).with_name("scene.schema.json")
 MAX_NESTING = 8  # scene files within scene files
+NOT_RIGID = 2.0**-16  # entries of a rotation may be off by this much, so that matrices of six digits pass
 COLOURS = ("ambient", "diffuse", "specular", "emission", "reflect", "transmit")
 
 
@@ -85,6 +86,21 @@ def transform_matrix(steps):
     if not np.isfinite(out).all() or np.linalg.det(out[:3, :3]) == 0.0:
         raise ValueError("the transform makes everything flat")
     return out
+
+
+def rigid_parts(matrix):
+    """What a matrix (4, 4) does to a rigid mesh: rotation (3, 3), scale, translation (3,).
+
+    The scale is rounded to 12 digits, so that meshes which are turned differently and scaled alike keep equal shapes.
+    Raises: ValueError if it is none of these three.
+    """
+    linear = matrix[:3, :3]
+    size = np.cbrt(np.linalg.det(linear))
+    off = np.abs(linear @ linear.T - size**2 * np.eye(3)).max()
+    if not (size > 0.0 and off <= NOT_RIGID * size**2):
+        raise ValueError("a rigid mesh can be turned, moved and scaled evenly, not mirrored, sheared or scaled along an axis")
+    left, _, right = np.linalg.svd(linear)
+    return left @ right, float(f"{size:.12g}"), matrix[:3, 3]
 
 
 def moved(scene, matrix):
@@ -192,11 +208,17 @@ def load_document(path, load, within=(), time=0.0):
         scene = load(_mesh_path(folder, mesh["file"]), (*within, here), time)
         for line in scene.warnings:
             notes.add(f"{mesh['file']}: {line}")
+        placed = _placed(mesh.get("dynamic", False), scene)
         matrix = built(("meshes", i, "transform"), transform_matrix, mesh.get("transform", []))
+        if placed:
+            built(("meshes", i, "transform"), rigid_parts, matrix)
         if "animation" in mesh:
             matrix = built(("meshes", i, "animation"), matrix_at, mesh["animation"], time) @ matrix
             scene = replace(scene, duration=max(scene.duration, duration(mesh["animation"])))
-        scene = moved(scene, matrix)
+        if placed:
+            motion = built(("meshes", i, "animation"), rigid_parts, matrix)
+            placed = [p.moved(*motion) for p in placed]
+        scene = replace(moved(scene, matrix), placed=placed)
         if "material" in mesh:
             name = mesh["material"]
             if name not in changes:
@@ -226,8 +248,8 @@ def load_document(path, load, within=(), time=0.0):
     check_triangles(np.concatenate([s.triangles for s in scenes]), path)
     parts = [Part(s.triangles, s.normals, s.materials, s.face_material, s.uv) for s in scenes]
     triangles, normals, uv, materials, face_material = assemble(parts, notes)
-    things = _objects([bool(mesh.get("dynamic")) for mesh in document["meshes"]], scenes)
-    if things is not None:  # static triangles first, then object by object
+    things = _objects([mesh.get("dynamic", False) for mesh in document["meshes"]], scenes)
+    if things is not None:  # static triangles first, then object by object, the rigid ones last
         order = np.argsort(things, kind="stable")
         triangles, normals, face_material, things = (a[order] for a in (triangles, normals, face_material, things))
         uv = None if uv is None else uv[order]
@@ -253,21 +275,34 @@ def load_document(path, load, within=(), time=0.0):
         document.get("depth", max(depths, default=None)),
         max(s.duration for s in scenes),
         things,
+        [p for s in scenes for p in s.placed],
     )
 
 
-def _objects(dynamic, scenes):
-    """`Scene.objects` of meshes one after the other: those marked dynamic are one object each, others keep what they have."""
-    out, count = [], 0
-    for marked, scene in zip(dynamic, scenes):
-        own = np.zeros(len(scene.triangles), np.int32)
-        if marked:
-            own[:] = 1
-        elif scene.objects is not None:
-            own = scene.objects
-        out.append(np.where(own > 0, own + count, 0).astype(np.int32))
-        count += int(own.max(initial=0))
-    return np.concatenate(out) if count else None
+def _placed(mark, scene):
+    """The rigid objects of a mesh, before it moves: itself if it is marked so, or those in it if it is not marked."""
+    if mark == "rigid":
+        return [Placed(np.eye(3), np.zeros(3), scene.triangles, scene.normals)]
+    return [] if mark else scene.placed
+
+
+def _objects(marks, scenes):
+    """`Scene.objects` of meshes one after the other: what is marked is one object, others keep what they have; None: no objects.
+
+    Their rigid objects (`Scene.placed`) get the last numbers.
+    """
+    owned = []
+    for mark, scene in zip(marks, scenes):
+        n = len(scene.triangles)
+        none = np.zeros(n, np.int32)
+        owned.append(np.ones(n, np.int32) if mark else none if scene.objects is None else scene.objects)
+    built = [int(own.max(initial=0)) - len(scene.placed) for own, scene in zip(owned, scenes)]
+    next_built, next_rigid, out = 0, sum(built), []
+    for own, count, scene in zip(owned, built, scenes):
+        number = np.where(own > count, own - count + next_rigid, own + next_built)
+        out.append(np.where(own > 0, number, 0).astype(np.int32))
+        next_built, next_rigid = next_built + count, next_rigid + len(scene.placed)
+    return np.concatenate(out) if next_rigid else None
 
 
 def _mesh_path(folder, name):

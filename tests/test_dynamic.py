@@ -155,6 +155,22 @@ def test_render_command(command, tmp_path):
     assert code == 2 and err == "raycore: --accel rtl: only with --tree rtl\n"
 
 
+def test_records_of_objects(command, moving, tmp_path):
+    """Of a dynamic object, whose triangles behind five static ones begin at an even number."""
+    document = json.loads(moving.read_text())
+    document["meshes"][1]["dynamic"] = True
+    moving.write_text(json.dumps(document))
+    arguments = moving, "--size", "24x16", "--accel", "rtl", "--check", "--stats", tmp_path / "s.json"
+    code, text, _ = command("render", *arguments, "-o", tmp_path / "a.png", "--tree", "rtl")
+    assert code == 0 and "node by node: yes" in text and "bit by bit: yes" in text and "to make records" in text
+    values = json.loads((tmp_path / "s.json").read_text())
+    assert values["records"]["bytes"] == 96 * 5 + 128 * 3 and values["tbu"]["triangles"] == 5
+    code, text, _ = command("animate", *arguments, "-o", tmp_path / "pictures", "--frames", 2)
+    assert code == 0 and text.count("same") == 2
+    frames = json.loads((tmp_path / "s.json").read_text())["frames"]
+    assert all(f["same"] and f["record_cycles"] > 150 for f in frames)
+
+
 def test_animate_command(command, moving, tmp_path):
     folder, stats = tmp_path / "pictures", tmp_path / "s.json"
     code, text, _ = command("animate", moving, "-o", folder, "--frames", 2, "--size", "24x16", "--check", "--stats", stats)
@@ -213,3 +229,4 @@ def test_regression_has_such_frames():
     for level in ("quick", "normal"):
         built = [c for c in regress.frame_cases(level, 1) if c.build]
         assert built and all("built" in c.name for c in built)
+    assert {c.scene for c in built if c.records} >= {"chess", "pendulum", "dice", "carousel"}

@@ -12,7 +12,7 @@ from raycore import accel, check, dynamic, image, info, kdtree, objects, render,
 from raycore.errors import SceneError
 from raycore.image import View, build_geometry, build_image
 from raycore.model import fp24, frame, rgen, tracer
-from raycore.model.frame import decode_tree, render_double, render_fp24, scene_triangles
+from raycore.model.frame import decode_tree, render_double, render_fp24
 from raycore.scene import load_scene
 
 TENT = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0 1 0\nf 1 3 2\nf 1 4 3\nf 1 5 4\nf 2 5 1\nf 3 5 2\n"
@@ -182,7 +182,7 @@ def test_same_hits_as_one_tree(lively, placed, write, seed, shadow):
         hit, found = one[0] != tracer.TRI_NONE, two[0] != tracer.TRI_NONE
         assert 0.3 < hit.mean() and (scene.objects[one[0][hit]] > 0).any()
         assert (found != hit).sum() <= 4
-        tri = np.where(found, scene_triangles(two[0], two[6], trees[0].offsets), tracer.TRI_NONE)
+        tri = np.where(found, trees[0].in_scene(np.where(found, two[0], -1), two[6]), tracer.TRI_NONE)
         thing, first = np.where(found, scene.objects[np.where(found, tri, 0)], 0), scene.objects.max() - len(scene.placed) + 1
         assert (two[6] == np.where(thing >= first, thing, tracer.NOT_PLACED)).all()
         assert (two[6] > 0).any() == (len(scene.placed) > 0)
@@ -202,7 +202,7 @@ def test_image(lively):
     made = build_image(geometry, View(8, 8), room=room)
     r = made.registers
     assert r["NODE_COUNT"] == room.nodes == room.node_first[-1] and r["INST_COUNT"] == 4
-    assert [p.first for p in things.parts] == [114, 119, 124, 1]
+    assert [p.first for p in things.parts] == [114, 120, 126, 1] and len(geometry.info) == 131
     ends = []
     for number, part in enumerate(things.parts):
         told = room.registers(number, made.regions, params)
@@ -216,12 +216,58 @@ def test_image(lively):
     fields = image.unpack_records(objects.INSTANCE, words)
     assert not fields["placed"].any()
     for k in range(1, 4):
-        mine = geometry.unit.triangles[geometry.scene.objects == k]
+        mine = geometry.unit.triangles[geometry.rows[geometry.scene.objects == k]]
         lo, hi = (np.array([fp24.from_bits(fields[f"{s}_{a}"][k : k + 1])[0] for a in "xyz"]) for s in ("lo", "hi"))
         assert (lo < mine.min((0, 1))).all() and (hi > mine.max((0, 1))).all()
     moved = build_geometry(load_scene(lively, 0.5), in_hardware=True)
     assert (moved.unit.scale_exp, *moved.unit.centre) == (geometry.unit.scale_exp, *geometry.unit.centre)
     assert (moved.objects.static.nodes == things.static.nodes).all()
+
+
+def test_even_numbers(lively, placed, write):
+    """Objects that are built begin at even numbers in memory; what is padded is there twice, the second time as a point."""
+    single = write("single", tent([0, 0, 0]), tent([2, 0, 0], dynamic=True), turned([0, 2, 0]), tent([0, 0, 3], dynamic=True))
+    for path, padding in ((lively, [119, 125]), (placed, []), (single, [5, 11])):
+        scene = load_scene(path)
+        geometry = build_geometry(scene, tbu.Params())
+        numbers, rows, built = geometry.objects.numbers, geometry.rows, geometry.objects.parts[:-1]
+        assert np.flatnonzero(np.diff(numbers, prepend=-1) == 0).tolist() == padding
+        assert all(part.first % 2 == 0 for part in built) and not geometry.objects.made[padding].any()
+        assert (geometry.in_scene(rows, scene.objects) == np.arange(len(scene.triangles))).all()
+        assert geometry.in_scene(np.full(1, -1), np.zeros(1, int)) == -1
+        for k, part in enumerate(built, 1):
+            assert (part.triangles == geometry.unit.triangles[rows[scene.objects == k]]).all()
+            assert (part.triangles == geometry.unit.triangles[part.rows]).all()
+        points = geometry.unit.triangles[padding]
+        assert (points == geometry.unit.triangles[np.array(padding, int) - 1][:, :1]).all()
+        made = build_image(geometry, View(8, 8))
+        assert (image.unpack_records(image.TRIACCEL, image.region_words(made, "triaccel", len(numbers), 4))["k"][padding] == 3).all()
+        assert not np.isin(made.memory[slice(*made.regions["lists"])].view("<u4") & 0xFFFFFF, padding).any()
+
+
+@pytest.mark.parametrize("name", ["lively", "placed"])
+def test_image_without_records(request, name):
+    """What the record unit reads is there, what it writes is not; everything else is where it is and as it is without it."""
+    geometry = build_geometry(load_scene(request.getfixturevalue(name)), in_hardware=True)
+    room, params = objects.room(geometry.objects, geometry.tree.params.cap), geometry.tree.params
+    bare, full = (build_image(geometry, View(8, 8), room=room, records=r) for r in (True, False))
+    made = geometry.objects.made
+    assert made.sum() == 5 * (len(geometry.objects.parts) - 1)
+    for region, words in (("triaccel", 4), ("info", 8)):
+        one, two = (image.region_words(i, region, len(made), words) for i in (bare, full))
+        assert not one[made].any() and two[made].any(axis=1).all() and (one[~made] == two[~made]).all()
+        assert bare.regions[region] == full.regions[region]
+    eye = geometry.unit.to_unit(bare.view.camera.eye)
+    assert bare.registers["ACCEL_SLACK"] == accel.slack(eye, geometry.tree.bounds).least
+    attributes = accel.attribute_records(geometry.kept.normals, geometry.kept.face_material)
+    for number, part in enumerate(geometry.objects.parts[:-1]):
+        told = room.registers(number, bare.regions, params)
+        assert told["ACCEL_BASE"] == bare.regions["triaccel"][0] + 32 * part.first and told["ACCEL_BASE"] % 64 == 0
+        assert told["INFO_BASE"] == bare.regions["info"][0] + 64 * part.first and told["ATTR_BASE"] % 64 == 0
+        given = bare.memory[told["ATTR_BASE"] :][: 32 * 5].view("<u8").reshape(5, 4)
+        assert (given == attributes[part.rows]).all()
+    assert "ACCEL_BASE" not in room.registers(len(geometry.objects.parts) - 1, bare.regions, params)
+    assert "ACCEL_BASE" not in room.registers(0, full.regions, params)
 
 
 # ---- placed objects --------------------------------------------------------------------------------------------------------
@@ -238,13 +284,13 @@ def test_equal_shapes_share(placed, write):
         [False, False, False, True],
     ]
     assert [s.first for s in things.shapes] == [119, 124, 129] and len(geometry.info) == 134 == len(geometry.uv)
-    assert geometry.offsets.tolist() == [0, 0, 0, 5, 5, 5]
+    assert things.numbers.tolist() == [*range(124), *range(129, 139)] and things.offsets.tolist() == [0, 0, 0, 5, 0, 0]
     rows = geometry.rows
     assert (geometry.kept.face_material[rows] == scene.face_material).all() and (geometry.kept.uv[rows] == scene.uv).all()
     apart = build_geometry(replace(scene, placed=[]), tbu.Params())
-    assert len(apart.info) == len(scene.triangles) == 139 and apart.offsets.tolist() == [0] * 6
-    mat, mat_apart = (image.read_info(build_image(g, View(8, 8)))[1] for g in (geometry, apart))
-    assert (mat[rows] == mat_apart).all()
+    assert len(apart.info) == len(scene.triangles) + 4 == 143 and apart.objects.offsets.tolist() == [0] * 6
+    mat, mat_apart = (image.read_info(build_image(g, View(8, 8)))[1][g.rows] for g in (geometry, apart))
+    assert (mat == mat_apart).all()
     crowd = [turned([i, i, 0], degrees=9.0 * i) for i in range(40)]
     scenes = [write(f"{n} objects", tent([0, -2, 0], 50.0), *crowd[:n]) for n in (1, 40)]
     one, many = (build_geometry(load_scene(path), tbu.Params()) for path in scenes)
@@ -450,7 +496,7 @@ def test_hits_in_scene_numbers(placed):
     want = check.expected_hits(out)
     assert (want["inst"] == inst).all() and (want["tri"][hit] < len(made.geometry.info)).all()
     result = sim.SimResult(out.pixels, want)
-    tri, t = render._primary(result, made.view, made.geometry.offsets)
+    tri, t = render._primary(result, made.view, made.geometry)
     assert (tri == out.tri).all() and (t[tri >= 0] == out.t[tri >= 0]).all()
     aov = render.aov(render.Rendered("model", made, out.pixels, out.tri, out.t, sim.Memory(), None, out))
     seen = aov["tri"] >= 0
@@ -487,14 +533,44 @@ def test_bad_instance(lively):
         sim.run_frame(made.memory, made.registers | {"INST_BASE": 0xFFFFFFC0}, progress=False)
 
 
-@pytest.mark.parametrize("name", ["lively", "placed"])
-def test_rtl_builds_them(request, seed, name):
-    """A frame for each object, one for the top-level tree, then the picture: trees, pixels, hits; cycles add up."""
+@pytest.fixture
+def mixed(write):
+    """Static triangles, a placed object, and three that are built: of 5, 10 and 5 triangles."""
+    pair = write("pair", tent([-0.3, 0.5, 0.1], 0.4), tent([-0.5, 0.2, 0.4], 0.3))
+    return write(
+        "mixed",
+        turned([-0.4, 0.7, 0.5], (1, 0, 1), 30.0),
+        tent([0.2, 0.5, 0.2], dynamic=True, animation={"keys": [{"time": 0}, {"time": 1, "translate": [0, 0.5, 0]}]}),
+        {"file": "tiny_glass"},
+        {"file": pair.name, "dynamic": True, "material": "clear"},
+        tent([0.5, 0.2, 0.5], 0.4, dynamic=True),
+        materials={"clear": {"transmit": [0.9, 0.9, 0.9], "ior": 1.5}},
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "pauses", "records"),
+    [("lively", 0.1, False), ("placed", 0.1, False), ("lively", 0.4, True), ("mixed", 0.0, True), ("mixed", 0.3, True)],
+)
+def test_rtl_builds_them(request, seed, name, pauses, records):
+    """A frame for each object, one for the top-level tree, then the picture: trees, records, pixels, hits; cycles add up."""
     geometry = build_geometry(load_scene(request.getfixturevalue(name), 0.3), in_hardware=True)
-    memory = sim.Memory(latency=17, backpressure=0.1, seed=seed)
-    made = dynamic.render_frame(geometry, View(24, 16, max_depth=3), memory, True, True, progress=False)
+    memory = sim.Memory(latency=17, backpressure=pauses, seed=seed)
+    made = dynamic.render_frame(geometry, View(24, 16, max_depth=3), memory, True, True, records, progress=False)
     found = dynamic.check_frame(made)
-    assert found.same, (found.exact.examples, found.exact.counters, found.difference)
+    assert found.same, (found.exact.examples, found.exact.counters, found.difference, found.records)
+    values, parts = render.stats(made), geometry.objects.parts[:-1]
+    assert values["tbu"]["triangles"] == sum(len(p.refs) for p in parts) and ("records" in values) == records
+    if records:
+        used = values["records"]
+        assert used["bytes"] == sum(96 * len(p.refs) + 128 * -(-len(p.refs) // 2) for p in parts)
+        assert used["cycles"] > 30 * values["tbu"]["triangles"] and used["cycles_per_triangle"] < 200
+        assert values["cycles"] - values["render_cycles"] >= max(values["tbu"]["cycles"], used["cycles"])
+        for part in parts:  # of each object records are compared
+            for region, size, text in (("info", 64, "records of triangle information"), ("triaccel", 32, "TriAccel records")):
+                changed = replace(made.result, memory=made.result.memory.copy())
+                changed.memory[made.image.regions[region][0] + size * (part.rows.stop - 1)] ^= 1
+                assert dynamic._records(replace(made, result=changed), found.image).startswith(f"in 1 {text}")
     c = made.result.stats["counters"]
     assert c["TBU_NODES"] >= sum(len(p.tree(geometry.tree.params)) for p in geometry.objects.parts)
     assert 0 < c["TBU_CYCLES"] < c["CYCLES"] and c["TBU_ROWS"] >= 4
@@ -505,13 +581,32 @@ def test_rtl_builds_them(request, seed, name):
     assert dynamic.check_frame(replace(made, result=spoilt)).difference.startswith("object 1, at root")
 
 
-def test_rtl_builds_no_placed_object(write):
+def test_more_room_for_objects(lively, monkeypatch):
+    """After an overflow trees and records are made anew, in an image with more room."""
+    geometry = build_geometry(load_scene(lively), in_hardware=True)
+    room, asked = objects.room, []
+
+    def small(things, cap, factor):
+        asked.append(factor)
+        out = room(things, cap)
+        ends = [n - 16 * tbu.NODE_EXTENT * (factor == 1) * (i == 2) for i, n in enumerate(out.node_first)]
+        return replace(out, node_first=ends)
+
+    monkeypatch.setattr(objects, "room", small)
+    made = dynamic.render_frame(geometry, View(8, 8), hits=True, keep_memory=True, records=True, progress=False)
+    assert asked == [1, 2] and dynamic.check_frame(made).same
+
+
+@pytest.mark.parametrize("records", [False, True])
+def test_rtl_builds_no_placed_object(write, records):
     """Where all that moves is placed, only the tree over boxes is built."""
     path = write("rigid", tent([0, -1, 0], 3.0), *(turned([i - 1.5, 0.5, 0.3 * i], degrees=70.0 * i) for i in range(4)))
     geometry = build_geometry(load_scene(path), in_hardware=True)
-    made = dynamic.render_frame(geometry, View(24, 16), hits=True, keep_memory=True, progress=False)
+    made = dynamic.render_frame(geometry, View(24, 16), hits=True, keep_memory=True, records=records, progress=False)
     assert dynamic.check_frame(made).same
     values = render.stats(made)
+    nothing = {"cycles": 0, "cycles_per_triangle": None, "bytes": 0, "bytes_per_triangle": None}
+    assert values.get("records") == (nothing if records else None)
     assert values["tbu"]["triangles"] == 0 and values["tbu"]["cycles_per_triangle"] is None
     assert 0 < values["tbu"]["cycles"] < 2000 and values["config"]["triangles"] == 25
     assert dict(render.summary(values))["  of these to build the tree"] == f"{values['tbu']['cycles']:,}"

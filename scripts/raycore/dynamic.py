@@ -2,7 +2,8 @@
 """Frames whose tree the RTL builds before it renders, and maybe the records too: more room after an overflow, what was
 made read back, and all of it checked.
 
-With dynamic objects there is a frame without a picture for each of their trees and one for the top-level tree, then the picture.
+With dynamic objects there is a frame without a picture for each of their trees, and their records, and one for the top-level tree,
+then the picture.
 """
 
 from dataclasses import dataclass, field, replace
@@ -11,7 +12,7 @@ import numpy as np
 
 from raycore import objects, render, sim, tbu
 from raycore.check import STEPS, Exact, compare_rtl
-from raycore.errors import OptionError, SimError
+from raycore.errors import SimError
 from raycore.image import INSTANCE_WORDS, View, build_geometry, build_image, pack_instances, region_words
 from raycore.model import tbu as model
 from raycore.model.tbu_memory import compare, walk_memory
@@ -22,8 +23,8 @@ LARGEST_FACTOR = 16
 
 
 def render_frame(geometry, view=None, memory=None, hits=False, keep_memory=False, records=False, **simulation):
-    """Build the tree, make the records if asked to, and render, in one frame of the RTL; with dynamic objects their trees, in
-    frames of their own, and the records by the host.
+    """Build the tree, make the records if asked to, and render, in one frame of the RTL; with dynamic objects, of each its tree
+    and records in a frame of its own.
 
     Args: geometry: from `image.build_geometry(..., in_hardware=True)`; view: `image.View`; memory: `sim.Memory`;
         hits: keep the hit records; keep_memory: keep memory, and with it the tree; records: the RTL makes them;
@@ -31,12 +32,10 @@ def render_frame(geometry, view=None, memory=None, hits=False, keep_memory=False
     Returns: `render.Rendered`. Raises: SimError, also if the tree does not fit with sixteen times the usual room.
     """
     factor, cap = 1, geometry.tree.params.cap
-    if records and geometry.objects is not None:
-        raise OptionError("--accel rtl: not with dynamic objects; leave it out, the host's records are the same")
     while True:
         try:
             if geometry.objects is not None:
-                return _render_objects(geometry, view or View(), factor, memory, hits, keep_memory, simulation)
+                return _render_objects(geometry, view or View(), factor, memory, hits, keep_memory, records, simulation)
             room = tbu.sizes(len(geometry.info), cap, factor)
             image = build_image(geometry, view or View(), room=room, records=records)
             return render.render(
@@ -55,20 +54,21 @@ def render_frame(geometry, view=None, memory=None, hits=False, keep_memory=False
             factor *= 2
 
 
-def _render_objects(geometry, view, factor, memory, hits, keep_memory, simulation):
+def _render_objects(geometry, view, factor, memory, hits, keep_memory, records, simulation):
     """`render_frame` with dynamic objects. The host puts the roots of finished trees into the instances' records, beside those of
     its own, which are known before."""
     params = geometry.tree.params
-    image = build_image(geometry, view, room=objects.room(geometry.objects, params.cap, factor))
+    image = build_image(geometry, view, room=objects.room(geometry.objects, params.cap, factor), records=records)
+    top = len(geometry.objects.parts) - 1  # its boxes have no records
     data, roots, stats = image.memory, [], []
     quiet = {k: v for k, v in simulation.items() if not k.startswith("waves")}  # those show the picture
-    for number in range(len(geometry.objects.parts)):
+    for number in range(top + 1):
         registers = image.registers | image.room.registers(number, image.regions, params)
         built = sim.run_frame(
             data,
             registers,
             memory=memory or sim.Memory(),
-            control=sim.BUILD_TREE,
+            control=sim.BUILD_TREE | sim.RECORDS * (records and number < top),
             cap=params.cap,
             keep_memory=True,
             **quiet,
@@ -76,8 +76,8 @@ def _render_objects(geometry, view, factor, memory, hits, keep_memory, simulatio
         data = built.memory
         roots.append(built.stats["counters"]["TBU_ROOT"])
         stats.append(built.stats)
-    records = pack_instances(geometry.objects.roots(roots), geometry.objects).astype("<u8").reshape(-1).view("u1")
-    data[image.regions["instances"][0] :][: records.size] = records
+    instances = pack_instances(geometry.objects.roots(roots), geometry.objects).astype("<u8").reshape(-1).view("u1")
+    data[image.regions["instances"][0] :][: instances.size] = instances
     rendered = render.render(
         replace(image, memory=data), "rtl", memory, hits, tbu=True, cap=params.cap, keep_memory=keep_memory, **simulation
     )
@@ -86,17 +86,18 @@ def _render_objects(geometry, view, factor, memory, hits, keep_memory, simulatio
 
 
 def _together(frames):
-    """Statistics of frames one after the other as those of one: cycles, what was built and bytes add up."""
+    """Statistics of frames one after the other as those of one: cycles, what was built and bytes add up. prepared: cycles until
+    trees and records were there."""
     out = dict(frames[-1])
     counters = dict(out["counters"])
     for name in counters:
-        if name == "CYCLES" or (name.startswith("TBU_") and name != "TBU_ROOT"):
+        if name in ("CYCLES", "ACCEL_CYCLES") or (name.startswith("TBU_") and name != "TBU_ROOT"):
             counters[name] = sum(f["counters"][name] for f in frames)
     moved = {}
     for f in frames:
         for name, count in f["bytes"].items():
             moved[name] = moved.get(name, 0) + count
-    return out | {"counters": counters, "bytes": moved}
+    return out | {"counters": counters, "bytes": moved, "prepared": sum(render.prepared(f["counters"]) for f in frames)}
 
 
 def _read_tree(rendered, root, box) -> model.Tree:

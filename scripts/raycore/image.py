@@ -167,8 +167,8 @@ def _pack_columns(layout, names, table, **more):
 class Geometry:
     """A scene made ready: normalised mesh, tree, and the records of its triangles.
 
-    kept: the scene as memory holds it, where placed objects share what is theirs (`objects.stored`); otherwise `scene` itself.
-    unit and all records follow its triangles, N of them; `offsets` leads from their numbers to those of the scene.
+    kept: with dynamic objects the scene as memory holds it (`objects.stored`); otherwise `scene` itself. unit and all records
+    follow its triangles, N of them; `in_scene` leads from their numbers to those of the scene.
     """
 
     scene: Scene
@@ -192,12 +192,15 @@ class Geometry:
     def rows(self):
         """Number in memory of each triangle of the scene: (triangles,) int64."""
         out = np.arange(len(self.scene.triangles))
-        return out if self.objects is None else out - self.offsets[self.scene.objects]
+        if self.objects is None:
+            return out
+        return np.searchsorted(self.objects.numbers, out - self.objects.offsets[self.scene.objects])
 
-    @property
-    def offsets(self):
-        """What to add to a triangle's number in memory, by the placed object that it is in: (instances,) int64."""
-        return np.zeros(1, np.int64) if self.objects is None else self.objects.offsets
+    def in_scene(self, tri, inst):
+        """Triangles of the scene from integers of those in memory, in placed objects inst; -1, none, stays."""
+        if self.objects is None:
+            return tri
+        return np.where(tri < 0, tri, self.objects.numbers[tri] + self.objects.offsets[inst])
 
 
 def material_table(materials, textured=True):
@@ -296,7 +299,7 @@ def build_geometry(scene, params=None, in_hardware=False):
     dynamic = by_unit and scene.objects is not None
     build_tree = tbu.no_tree if in_hardware or dynamic else tbu.build_tree
     unit = tbu.snap(scene) if by_unit else normalise(scene)
-    kept, kept_unit, places = stored(scene, unit) if dynamic else (scene, unit, [])
+    kept, kept_unit, places, numbers = stored(scene, unit) if dynamic else (scene, unit, [], None)
     normalised = time.perf_counter()
     tree = build_tree(unit, params) if by_unit else kdtree.build(unit.triangles, unit.dropped, params)
     built = time.perf_counter()
@@ -305,7 +308,7 @@ def build_geometry(scene, params=None, in_hardware=False):
     materials = _materials(scene, fields)
     opaque = _opaque(materials)[kept.face_material]
     tree.lists &= ~np.where(opaque[tree.lists & LIST_TRIANGLE], 0, LIST_OPAQUE).astype(np.uint32)
-    things, roots = (plan_objects(scene, unit, kept_unit, places, opaque) if dynamic else None), None
+    things, roots = (plan_objects(scene, unit, kept_unit, places, numbers, opaque) if dynamic else None), None
     if dynamic and not in_hardware:
         nodes, lists, roots = by_model(things, tree.params)
         tree = replace(tree, nodes=nodes, lists=lists, root=things.static.root)
@@ -444,7 +447,8 @@ class Image:
         and working memory where the tree is built.
     room: for the tree if the frame builds it, in which case nodes and lists hold nothing yet; of a scene with dynamic
         objects for all their trees, beside the static one.
-    records: whether the frame makes the records, in which case TriAccel and triangle information hold nothing yet.
+    records: whether the frame makes the records, in which case TriAccel and triangle information hold nothing yet, with
+        dynamic objects nothing of those that are built.
     slack: mean of `edge_slack`.
     """
 
@@ -531,7 +535,8 @@ def build_image(scene, view=None, params=None, room=None, records=False):
 
     Args: scene: `Scene`, or `Geometry` to use a tree again; view: `View`; params: of the tree, as in `build_geometry`;
         room: `tbu.Sizes`, with dynamic objects `objects.Room`, if the frame is to build the tree of a snapped geometry;
-        records: the frame is to make the records of a snapped geometry from its vertices.
+        records: the frame is to make the records of a snapped geometry from its vertices, with dynamic objects and `room`
+            those of the triangles that are built.
     Returns: `Image`.
     Raises: SceneError, OptionError if scene or view do not fit the hardware.
     """
@@ -550,11 +555,14 @@ def build_image(scene, view=None, params=None, room=None, records=False):
     words = triaccel.pack(rec, kept.face_material, geometry.opaque)
     things = geometry.objects
     nodes, lists = _trees(geometry, room)
+    given = np.ones((len(words), 1), bool)
+    if records:
+        given[slice(None) if things is None else things.made] = False
     parts = {
         "nodes": nodes,
         "lists": lists,
-        "triaccel": words.astype("<u8") * (not records),
-        "info": geometry.info.astype("<u8") * (not records),
+        "triaccel": words.astype("<u8") * given,
+        "info": geometry.info.astype("<u8") * given,
         "materials": geometry.materials.astype("<u8"),
         "lights": _pack_columns(LIGHT, LIGHT_COLUMNS, lights).astype("<u8"),
         "uv": geometry.uv.astype("<u8"),
@@ -567,7 +575,8 @@ def build_image(scene, view=None, params=None, room=None, records=False):
         vertices = tbu.vertex_records(unit, geometry.opaque) if things is None else room.vertices()
         parts["vertices"] = vertices.astype("<u8")
     if records:
-        parts["attributes"] = accel.attribute_records(kept.normals, kept.face_material).astype("<u8")
+        attributes = accel.attribute_records(kept.normals, kept.face_material) if things is None else room.attributes(kept)
+        parts["attributes"] = attributes.astype("<u8")
     if room is not None:
         parts["working"] = np.zeros(room.bytes["working"], np.uint8)
     stride = -(-4 * view.width // 32) * 32

@@ -41,7 +41,7 @@ def _objects(scene):
     """What a scene's dynamic objects are, and how many triangles memory holds of it where the unit builds; None: it has none."""
     if scene.objects is None:
         return None
-    kept, _, places = stored(scene, tbu.snap(scene))
+    kept, _, places, _ = stored(scene, tbu.snap(scene))
     return {
         "built": int(scene.objects.max()) - len(places),
         "placed": len(places),

@@ -6,8 +6,8 @@ Rigid objects are *placed*: tree and records stand in coordinates of their own, 
 objects of equal shape; of a frame are only their instance records and the top-level tree.
 
 Triangles are sorted: the static ones first, then object by object, the rigid ones last; in memory each shape takes the place of
-the rigid objects' triangles once. All trees lie in the same node and list regions, the host's first, and indices count from the
-regions' beginning.
+the rigid objects' triangles once, and objects that are built begin at even numbers, so at lines, where the record unit can write.
+All trees lie in the same node and list regions, the host's first, and indices count from the regions' beginning.
 """
 
 import hashlib
@@ -16,7 +16,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from raycore import kdtree, tbu
+from raycore import accel, kdtree, tbu
 from raycore.errors import SceneError
 from raycore.model import fp24
 from raycore.model import tbu as model
@@ -48,6 +48,7 @@ PLACE = (
     ("zero6", 120),
 )  # place_t, behind the rows
 INSTANCE_BYTES, LINE_BYTES = 256, 64
+RECORD_BYTES, INFO_BYTES = 32, 64  # of a TriAccel record and of triangle information
 INSTANCE_WORDS = INSTANCE_BYTES // 8
 LINE_ENTRIES = LINE_BYTES // 4
 
@@ -56,8 +57,8 @@ LINE_ENTRIES = LINE_BYTES // 4
 class Part:
     """A tree that a frame of its own builds.
 
-    first: number of its first triangle, of the top-level tree of its first instance. triangles (N, 3, 3): what it is built
-    from, on the grid; refs: as the unit sees them.
+    first: number of its first triangle in memory, of the top-level tree of its first instance. triangles (N, 3, 3): what it is
+    built from, on the grid; refs: as the unit sees them.
     """
 
     name: str
@@ -65,6 +66,11 @@ class Part:
     triangles: np.ndarray
     opaque: np.ndarray
     refs: model.Refs
+
+    @property
+    def rows(self):
+        """Where its triangles are in memory: a slice."""
+        return slice(self.first, self.first + len(self.refs))
 
     def tree(self, params) -> model.Tree:
         """The tree by the model."""
@@ -105,7 +111,8 @@ class Objects:
     """The trees of a scene with dynamic objects. parts: those that are built, the objects' and then the top-level tree.
 
     boxes (1 + objects, 2, 3) float64: of the instances, the top-level tree's first. nodes, lists: of all trees that the host
-    makes, the static one's first. places: of the placed objects, which are the last instances.
+    makes, the static one's first. numbers (N,) int64: number in the scene of each triangle in memory, of a shape's in its first
+    object, of padding that of the triangle before. places: of the placed objects, which are the last instances.
     """
 
     static: kdtree.Tree
@@ -113,12 +120,8 @@ class Objects:
     boxes: np.ndarray
     nodes: np.ndarray
     lists: np.ndarray
+    numbers: np.ndarray
     places: list = field(default_factory=list)
-
-    @property
-    def triangles(self):
-        """How many are built anew in every frame."""
-        return sum(len(p.refs) for p in self.parts[:-1])
 
     @property
     def shapes(self):
@@ -126,8 +129,16 @@ class Objects:
         return list({id(p.shape): p.shape for p in self.places}.values())
 
     @property
+    def made(self):
+        """Which triangles in memory are built anew in every frame: (N,) bool."""
+        out = np.zeros(len(self.numbers), bool)
+        for part in self.parts[:-1]:
+            out[part.rows] = True
+        return out
+
+    @property
     def offsets(self):
-        """What to add to a triangle's number in memory for that in the scene, by placed object: (instances,) int64."""
+        """What to add to `numbers` of a placed object's triangles, by instance: (instances,) int64."""
         out = np.zeros(len(self.boxes), np.int64)
         out[len(out) - len(self.places) :] = [p.offset for p in self.places]
         return out
@@ -143,17 +154,18 @@ class Objects:
 def stored(scene, unit):
     """A scene as its records hold it: each shape of placed objects once, in coordinates of its own, behind all other triangles.
 
-    Shapes are equal, and shared, if their triangles on the grid, normals, texture coordinates and materials are.
+    Shapes are equal, and shared, if their triangles on the grid, normals, texture coordinates and materials are. Objects that are
+    built begin at even numbers: where they would not, the triangle before is there again, as a point, which is in no tree.
 
-    Args: scene; unit: of it, from `tbu.snap`.
-    Returns: the scene and its `Normalised` for records, and `Place` of each placed object.
+    Args: scene, with dynamic objects; unit: of it, from `tbu.snap`.
+    Returns: the scene and its `Normalised` for records, `Place` of each placed object, and `Objects.numbers`.
     Raises: SceneError if a shape does not fit between -1 and 1.
     """
-    if not scene.placed:
-        return scene, unit, []
-    first = int(np.searchsorted(scene.objects, scene.objects[-1] - len(scene.placed) + 1))  # of the rigid objects' triangles
-    rows, local, normals, places, known = [np.arange(first)], [unit.triangles[:first]], [scene.normals[:first]], [], {}
-    at, in_memory = first, first
+    numbers, padding = _padded(scene.objects, int(scene.objects.max()) - len(scene.placed))
+    triangles = unit.triangles[numbers]
+    triangles[padding] = triangles[padding][:, :1]
+    at, in_memory, known, places = int(numbers[-1]) + 1 if numbers.size else 0, len(numbers), {}, []
+    rows, local, normals = [numbers], [triangles], [scene.normals[numbers]]
     for rigid in scene.placed:
         mine = np.arange(at, at + len(rigid.triangles))
         lo, hi = rigid.triangles.min((0, 1)), rigid.triangles.max((0, 1))
@@ -167,27 +179,40 @@ def stored(scene, unit):
         uv = b"" if scene.uv is None else scene.uv[mine].tobytes()
         key = _digest(triangles, rigid.normals, uv, scene.face_material[mine])
         if key not in known:
-            known[key] = Shape(in_memory, centre, triangles)
+            known[key] = Shape(in_memory, centre, triangles), at
             in_memory += len(mine)
             rows.append(mine)
             local.append(triangles)
             normals.append(rigid.normals)
-        shape = known[key]
+        shape, number = known[key]
         origin = unit.to_unit(rigid.rotation @ centre + rigid.translation)
-        places.append(Place(shape, rigid.rotation, origin, at - shape.first))
+        places.append(Place(shape, rigid.rotation, origin, at - number))
         at += len(mine)
-    rows, triangles, normals = np.concatenate(rows), np.concatenate(local), np.concatenate(normals)
+    numbers, triangles, normals = np.concatenate(rows), np.concatenate(local), np.concatenate(normals)
     own = replace(
         scene,
         triangles=unit.to_world(triangles),
         normals=normals,
-        face_material=scene.face_material[rows],
-        uv=None if scene.uv is None else scene.uv[rows],
+        face_material=scene.face_material[numbers],
+        uv=None if scene.uv is None else scene.uv[numbers],
         objects=None,
         placed=[],
     )
     dropped = ~np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]).any(axis=1)
-    return own, replace(unit, triangles=triangles, normals=fp24.round_to_fp24(normals), dropped=dropped), places
+    kept = replace(unit, triangles=triangles, normals=fp24.round_to_fp24(normals), dropped=dropped)
+    return own, kept, places, numbers
+
+
+def _padded(objects, count):
+    """Static triangles and those of the first `count` objects, padded: numbers in the scene, and which are padding.
+
+    objects: of a `Scene`. All but the last object are padded to an even number of triangles.
+    """
+    bounds = np.searchsorted(objects, np.arange(count + 2))
+    times = np.ones(bounds[-1], np.int64)
+    times[bounds[1:-1][np.diff(bounds)[:-1] % 2 == 1] - 1] = 2
+    numbers = np.repeat(np.arange(bounds[-1]), times)
+    return numbers, np.diff(numbers, prepend=-1) == 0
 
 
 def _digest(*things):
@@ -239,11 +264,11 @@ def _whole(count, extent):
     return -(-count // extent) * extent
 
 
-def plan_objects(scene, unit, kept, places, opaque) -> Objects:
+def plan_objects(scene, unit, kept, places, numbers, opaque) -> Objects:
     """What is built, and the trees that the host makes.
 
-    Args: scene; unit: of it, from `tbu.snap`; kept: `Normalised` of its records, and places, from `stored`; opaque: (N,) bool
-        of the records.
+    Args: scene; unit: of it, from `tbu.snap`; kept: `Normalised` of its records, places and numbers, from `stored`;
+        opaque: (N,) bool of the records.
     Raises: SceneError with too many objects, or if indices of 24 bits do not reach.
     """
     count = int(scene.objects.max())
@@ -255,14 +280,15 @@ def plan_objects(scene, unit, kept, places, opaque) -> Objects:
         mine = unit.triangles[bounds[k] : bounds[k + 1]]
         boxes.append(np.stack((mine.min((0, 1)) - MARGIN, mine.max((0, 1)) + MARGIN)))
         if k <= count - len(places):
-            parts.append(_part(f"object {k}", int(bounds[k]), mine, opaque[bounds[k] : bounds[k + 1]]))
+            first = int(np.searchsorted(numbers, bounds[k]))
+            parts.append(_part(f"object {k}", first, mine, opaque[first : first + len(mine)]))
     boxes = np.array(boxes)
     # For the builder a box is a triangle with that box. Its planes lie inside the grid, so boxes are cut there.
     inside = np.clip(boxes, GRID - 1.0, 1.0 - GRID)
     top = _part("top-level tree", 1, inside[:, [0, 1, 0]], np.ones(count, bool))
     whole = np.stack((boxes[:, 0].min(0) - MARGIN, boxes[:, 1].max(0) + MARGIN))
     n = bounds[1]
-    things = Objects(None, [*parts, top], np.concatenate((whole[None], boxes)), None, None, places)
+    things = Objects(None, [*parts, top], np.concatenate((whole[None], boxes)), None, None, numbers, places)
     shapes = [(kept.triangles[s.first : s.last], kept.dropped[s.first : s.last], SHAPE_PARAMS) for s in things.shapes]
     static, *trees = _host_trees([(kept.triangles[:n], kept.dropped[:n], kdtree.Params()), *shapes])
     things.static = replace(static, lists=_opaque_lists(static.lists, opaque))
@@ -351,11 +377,6 @@ class Room:
         return self.list_first[-1]
 
     @property
-    def triangles(self):
-        """How many are built anew in every frame."""
-        return self.objects.triangles
-
-    @property
     def bytes(self):
         """{region: bytes}, as `tbu.Sizes` has it."""
         return {"nodes": 8 * self.nodes, "lists": 4 * self.entries, "working": tbu.REF_BYTES * self.refs}
@@ -368,11 +389,25 @@ class Room:
             out[at : at + len(records)] = records
         return out
 
+    def attributes(self, kept):
+        """Attribute records of the objects, at the same places as their vertex records: (N, 4) uint64. kept: of `Geometry`."""
+        out = np.zeros((self.vertex_first[-2], accel.ATTRIBUTE_BYTES // 8), np.uint64)
+        for part, at in zip(self.objects.parts[:-1], self.vertex_first):
+            records = accel.attribute_records(kept.normals[part.rows], kept.face_material[part.rows])
+            out[at : at + len(records)] = records
+        return out
+
     def registers(self, number, regions, params):
-        """What the tree builder is told to build a part."""
+        """What the tree builder is told to build a part, and the record unit to make an object's records."""
         part = self.objects.parts[number]
         box = part.refs.box
         q = {f"TBU_{side}_{axis}": int(box[i][j]) for i, side in enumerate(("LO", "HI")) for j, axis in enumerate("XYZ")}
+        if "attributes" in regions and number < len(self.objects.parts) - 1:
+            q |= {
+                "ATTR_BASE": regions["attributes"][0] + accel.ATTRIBUTE_BYTES * self.vertex_first[number],
+                "ACCEL_BASE": regions["triaccel"][0] + RECORD_BYTES * part.first,
+                "INFO_BASE": regions["info"][0] + INFO_BYTES * part.first,
+            }
         return q | {
             "NODE_COUNT": self.node_first[number + 1],
             "LIST_COUNT": self.list_first[number + 1],

@@ -180,7 +180,7 @@ def _built_cases(level, rng):
     """Frames whose tree the RTL builds."""
     names = ("tiny", "nasty")
     if level != "quick":
-        names = ("tiny", "tiny_glass", "nasty", "glass_room", "gloss", "chess", "pendulum", "dice")
+        names = ("tiny", "tiny_glass", "nasty", "glass_room", "gloss", "chess", "pendulum", "dice", "carousel")
     rounds = {"quick": 1, "normal": 2, "full": 10}[level]
     out = []
     for n, name in enumerate(names):
@@ -191,8 +191,7 @@ def _built_cases(level, rng):
                 backpressure=float(rng.choice([0.1, 0.4])) if i else 0.0,
                 seed=int(rng.integers(1000)),
             )
-            records = (n + i) % 2 == 1 and name not in ("pendulum", "dice")  # not with dynamic objects
-            out.append(FrameCase(name, view, memory, True, records))
+            out.append(FrameCase(name, view, memory, True, (n + i) % 2 == 1))
     return out
 
 

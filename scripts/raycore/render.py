@@ -39,11 +39,11 @@ class Rendered:
     rtus: int = 1  # ray-tracing units
 
 
-def _primary(result, view, offsets):
-    """Triangles of the scene and distances of the primary rays from hit records. offsets: of `image.Geometry`."""
+def _primary(result, view, geometry):
+    """Triangles of the scene and distances of the primary rays from hit records."""
     tri, t = np.full((view.height, view.width), -1, np.int64), np.full((view.height, view.width), np.inf)
     rays = result.hits[(result.hits["kind"] == sim.RAY_KINDS.index("primary")) & (result.hits["hit"] == 1)]
-    tri[rays["y"], rays["x"]] = rays["tri"] + offsets[rays["inst"]]
+    tri[rays["y"], rays["x"]] = geometry.in_scene(rays["tri"].astype(np.int64), rays["inst"])
     t[rays["y"], rays["x"]] = fp24.from_bits(rays["t"])
     return tri, t
 
@@ -65,7 +65,7 @@ def render(image, engine="rtl", memory=None, hits=False, jobs=1, **simulation):
             result = parts.run_frame(image, memory, hits, jobs, simulation.get("rtus", 1))
         else:
             result = sim.run_frame(image.memory, image.registers, memory=memory, hits=hits, **simulation)
-        tri, t = _primary(result, image.view, image.geometry.offsets) if hits else (None, None)
+        tri, t = _primary(result, image.view, image.geometry) if hits else (None, None)
         seconds, rtus = time.perf_counter() - began, simulation.get("rtus", 1)
         return Rendered(engine, image, result.frame, tri, t, memory, result, None, seconds, rtus)
     from raycore.model import frame as frames  # compiles for half a minute the first time
@@ -157,19 +157,22 @@ def build_statistics(counters, triangles):
     }
 
 
-def record_statistics(cycles, moved, tree):
+def record_statistics(cycles, moved, triangles):
     """What is known of records made in a frame: `records` of STATS.json, as docs/cli.md explains it.
 
-    Args: cycles; moved: bytes, without the vertices; tree: from `build_statistics`, made meanwhile.
+    Args: cycles; moved: bytes; triangles: whose records they are; 0: there is nothing to make, and no figure a triangle.
     """
-    triangles = tree["triangles"]
-    moved += LINE_BYTES * -(-triangles // 2)
     return {
         "cycles": cycles,
-        "cycles_per_triangle": cycles / triangles,
+        "cycles_per_triangle": cycles / triangles if triangles else None,
         "bytes": moved,
-        "bytes_per_triangle": moved / triangles,
+        "bytes_per_triangle": moved / triangles if triangles else None,
     }
+
+
+def prepared(counters):
+    """Cycles of a frame before its picture: until tree and records are there."""
+    return max(counters["TBU_CYCLES"], counters["ACCEL_CYCLES"])
 
 
 def stats(rendered, **more):
@@ -190,13 +193,14 @@ def stats(rendered, **more):
     rays["total"] = traced
     out |= {"cycles": cycles, "rays": rays, "rays_by_depth": {k: list(by_depth.get(k, ())) for k in KINDS}}
     if image.room is not None:
-        out["tbu"] = build_statistics(c, getattr(image.room, "triangles", len(image.geometry.info)))
-        before = out["tbu"]["cycles"]
+        things = image.geometry.objects
+        built = [len(image.geometry.info)] if things is None else [len(part.refs) for part in things.parts[:-1]]
+        out["tbu"] = build_statistics(c, sum(built))
         if image.records:
-            made = rendered.result.stats["bytes"]
-            out["records"] = record_statistics(c["ACCEL_CYCLES"], sum(made[n] for n in RECORD_BYTES), out["tbu"])
-            before = max(before, out["records"]["cycles"])
-        out["render_cycles"] = cycles = cycles - before
+            moved = rendered.result.stats["bytes"]
+            made = sum(moved.get(n, 0) for n in RECORD_BYTES) + sum(LINE_BYTES * -(-n // 2) for n in built)  # vertices too
+            out["records"] = record_statistics(c["ACCEL_CYCLES"], made, sum(built))
+        out["render_cycles"] = cycles = cycles - rendered.result.stats.get("prepared", prepared(c))
     out["rays_per_cycle_per_rtu"] = _share(traced, rendered.rtus * cycles) if cycles else None
     out["slots_per_ray"] = _share(used, traced) if slots else None
     out["slots"] = slots | ({"bubble": c["SLOTS_BUBBLE"]} if c else {})
@@ -249,14 +253,13 @@ def summary(values):
         parts = f", sum of {values['parts']} parts, caches cold in each" if "parts" in values else ""
         out.append(("cycles", f"{values['cycles']:,}{parts}"))
         if "tbu" in values:
-            b = values["tbu"]
-            for what, name, digits in (("  of these to build the tree", "cycles", 1), ("bytes to build the tree", "bytes", 0)):
-                each = b[f"{name}_per_triangle"]  # None: only the top-level tree, over placed objects
-                out.append((what, f"{b[name]:,}" + ("" if each is None else f", {each:.{digits}f} a triangle")))
-        if "records" in values:
-            r = values["records"]
-            out.append(("cycles to make records, meanwhile", f"{r['cycles']:,}, {r['cycles_per_triangle']:.1f} a triangle"))
-            out.append(("bytes to make records", f"{r['bytes']:,}, {r['bytes_per_triangle']:.0f} a triangle"))
+            made = [("  of these to build the tree", "bytes to build the tree", values["tbu"])]
+            if "records" in values:
+                made.append(("cycles to make records, meanwhile", "bytes to make records", values["records"]))
+            for cycles, moved, unit in made:
+                for what, name, digits in ((cycles, "cycles", 1), (moved, "bytes", 0)):
+                    each = unit[f"{name}_per_triangle"]  # None: only the top-level tree, over placed objects
+                    out.append((what, f"{unit[name]:,}" + ("" if each is None else f", {each:.{digits}f} a triangle")))
         out.append(("rays per cycle per RTU", f"{values['rays_per_cycle_per_rtu']:.4f}"))
     if values["slots_per_ray"] is not None:
         out.append(("slots per ray", f"{values['slots_per_ray']:.2f}"))

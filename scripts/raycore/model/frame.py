@@ -9,6 +9,7 @@ own (`bvh`); texels and the levels of triangles are the image's.
 """
 
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -53,8 +54,8 @@ RAY = np.dtype(
 class Frame:
     """A rendered frame. Distances are in the unit box; float64 values of `render_fp24` are FP24 numbers.
 
-    tri to gamma, org and dir are those of the primary rays, light of their hits. tri is a triangle of the scene; offsets
-    (instances,) leads to it from the numbers of `log`.
+    tri to gamma, org and dir are those of the primary rays, light of their hits. tri is a triangle of the scene; in_scene, of
+    `image.Geometry`, leads to it from the numbers of `log`.
     """
 
     rgb: np.ndarray  # (H, W, 3) float64, not clamped
@@ -72,12 +73,12 @@ class Frame:
     culled: int  # lights behind their surface, which no ray was made for
     slots: np.ndarray  # (4,) int64 by tracer.BOX, TRAV1, TRAV2, ISECT; zero in double precision
     work: np.ndarray  # (H, W, 2) int64 of each pixel's rays: slots, and those with two traversal steps
-    offsets: np.ndarray  # int64: what to add to `log`'s tri, by its inst
+    in_scene: Callable
 
     @property
     def log_tri(self):
         """Triangles of the scene that the rays of `log` hit: (rays,) int64, -1: none."""
-        return scene_triangles(self.log["tri"].astype(np.int64), self.log["inst"], self.offsets)
+        return self.in_scene(self.log["tri"].astype(np.int64), self.log["inst"])
 
     @property
     def rays(self):
@@ -88,11 +89,6 @@ class Frame:
         """The rays of a pixel, in order: (rays,) RAY."""
         pixel = y * self.tri.shape[1] + x
         return self.log[self.start[pixel] : self.start[pixel + 1]]
-
-
-def scene_triangles(tri, inst, offsets):
-    """Triangles of the scene from those of records, in placed objects inst; -1 stays. offsets: of `image.Geometry`."""
-    return np.where(tri < 0, tri, tri + offsets[inst])
 
 
 class Setup(NamedTuple):
@@ -346,7 +342,7 @@ def _trace_row(tree, s, dirs, wanted, log, rgb, tri, hit, light, start, by_depth
 # ---- frames --------------------------------------------------------------------------------------------------------------
 
 
-def _render(view, setup, tree, dirs, offsets, wanted=None):
+def _render(view, setup, tree, dirs, in_scene, wanted=None):
     h, w = dirs.shape[:2]
     wanted = np.full((h, w), -1, np.int64) if wanted is None else wanted
     out = {
@@ -372,7 +368,7 @@ def _render(view, setup, tree, dirs, offsets, wanted=None):
     return Frame(
         rgb=out["rgb"],
         pixels=pixbuf.pack(out["rgb"], view.fb_format),
-        tri=scene_triangles(out["tri"], log["inst"][start[:-1]].reshape(h, w), offsets),
+        tri=in_scene(out["tri"], log["inst"][start[:-1]].reshape(h, w)),
         t=hit[..., 0],
         beta=hit[..., 1],
         gamma=hit[..., 2],
@@ -385,7 +381,7 @@ def _render(view, setup, tree, dirs, offsets, wanted=None):
         culled=sum(int(culled) for _, culled in rows),
         slots=out["slots"].sum(axis=0),
         work=out["work"],
-        offsets=offsets,
+        in_scene=in_scene,
     )
 
 
@@ -445,7 +441,7 @@ def render_fp24(image):
     """
     camera = rgen.Camera(*(register_vector(image, f"CAM_{n.upper()}_") for n in rgen.Camera._fields))
     dirs, _ = rgen.primary_rays(camera, image.view.width, image.view.height)
-    return _render(image.view, *setup_fp24(image), dirs, image.geometry.offsets)
+    return _render(image.view, *setup_fp24(image), dirs, image.geometry.in_scene)
 
 
 def _info64(triangles, normals):
@@ -499,4 +495,4 @@ def render_double(image, wanted=None):
     unit, view = image.geometry.unit, image.view
     camera = rgen.camera_vectors(*camera_arguments(view.camera, unit, view.width, view.height))
     dirs, _ = rgen.primary_rays_double(camera, view.width, view.height)
-    return _render(view, *setup_double(image), dirs, np.zeros(1, np.int64), wanted)
+    return _render(view, *setup_double(image), dirs, lambda tri, _: tri, wanted)

@@ -589,7 +589,7 @@ def test_more_room_for_objects(lively, monkeypatch):
     def small(things, cap, factor):
         asked.append(factor)
         out = room(things, cap)
-        ends = [n - 16 * tbu.NODE_EXTENT * (factor == 1) * (i == 2) for i, n in enumerate(out.node_first)]
+        ends = [n - 17 * tbu.NODE_EXTENT * (factor == 1) * (i == 2) for i, n in enumerate(out.node_first)]
         return replace(out, node_first=ends)
 
     monkeypatch.setattr(objects, "room", small)

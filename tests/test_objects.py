@@ -241,7 +241,8 @@ def test_even_numbers(lively, placed, write):
         points = geometry.unit.triangles[padding]
         assert (points == geometry.unit.triangles[np.array(padding, int) - 1][:, :1]).all()
         made = build_image(geometry, View(8, 8))
-        assert (image.unpack_records(image.TRIACCEL, image.region_words(made, "triaccel", len(numbers), 4))["k"][padding] == 3).all()
+        records = image.unpack_records(image.TRIACCEL, image.region_words(made, "triaccel", len(numbers), 4))
+        assert (records["k"][padding] == 3).all()
         assert not np.isin(made.memory[slice(*made.regions["lists"])].view("<u4") & 0xFFFFFF, padding).any()
 
 

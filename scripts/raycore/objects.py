@@ -48,7 +48,7 @@ PLACE = (
     ("zero6", 120),
 )  # place_t, behind the rows
 INSTANCE_BYTES, LINE_BYTES = 256, 64
-RECORD_BYTES, INFO_BYTES = 32, 64  # of a TriAccel record and of triangle information
+TRIACCEL_BYTES, INFO_BYTES = 32, 64  # of a TriAccel record and of triangle information
 INSTANCE_WORDS = INSTANCE_BYTES // 8
 LINE_ENTRIES = LINE_BYTES // 4
 
@@ -405,7 +405,7 @@ class Room:
         if "attributes" in regions and number < len(self.objects.parts) - 1:
             q |= {
                 "ATTR_BASE": regions["attributes"][0] + accel.ATTRIBUTE_BYTES * self.vertex_first[number],
-                "ACCEL_BASE": regions["triaccel"][0] + RECORD_BYTES * part.first,
+                "ACCEL_BASE": regions["triaccel"][0] + TRIACCEL_BYTES * part.first,
                 "INFO_BASE": regions["info"][0] + INFO_BYTES * part.first,
             }
         return q | {

@@ -87,7 +87,7 @@ def test_full_tables(seed):
     ("NODE_ROOT", 64, 0x58), ("MAT_COUNT", 0, 0x74), ("MAT_COUNT", 257, 0x74), ("LIGHT_COUNT", 17, 0x7C),
     ("NODE_BASE", 0xFFFFFE40, 0x50), ("LIST_BASE", 0xFFFFFE80, 0x5C), ("ACCEL_BASE", 0xFFFFFF80, 0x64),
     ("INFO_BASE", 0xFFFFFF00, 0x6C), ("MAT_BASE", 0xFFFFFF00, 0x70), ("LIGHT_BASE", 0xFFFFFF80, 0x78),
-    ("UV_BASE", 0xFFFFFFC0, 0xD0), ("TEX_BASE", 0xFFFFFF40, 0xD8), ("INST_BASE", 0xFFFFFFC0, 0x240),
+    ("UV_BASE", 0xFFFFFFC0, 0xD0), ("TEX_BASE", 0xFFFFFF40, 0xD8), ("INST_BASE", 0xFFFFFFC0, 0x240), ("INST_COUNT", 513, 0x244),
     ("TILE_FIRST", 3, 0x220), ("TILE_FIRST", 2 << 16, 0x220), ("TILE_FIRST", 0xFFF << 16 | 0xFFF, 0x220)])
 def test_bad_setup(seed, register, value, blamed):
     """Registers that make no sense: nothing is read or written, the register is named."""

@@ -53,6 +53,18 @@ def obj(tmp_path):
 # ---- what it writes ----------------------------------------------------------------------------------------------------------
 
 
+def test_tree_by_the_host(run, obj, tmp_path):
+    """--tree host is the default, and cpu another name of it; the tree builder's is another tree."""
+    rules = []
+    for number, who in enumerate([(), ("--tree", "host"), ("--tree", "cpu"), ("--tree", "model")]):
+        stats = tmp_path / f"{number}.json"
+        size = ("--size", "40x24", "--engine", "model", "--stats", stats)
+        code, _, err = run("render", obj, "-o", tmp_path / "a.png", *size, *who)
+        assert code == 0, err
+        rules.append(json.loads(stats.read_text())["config"]["tree"])
+    assert rules[0] == rules[1] == rules[2] != rules[3]
+
+
 def test_render_by_the_reference(run, obj, tmp_path):
     png, stats, aov = tmp_path / "a.png", tmp_path / "a.json", tmp_path / "a.npz"
     code, out, err = run(

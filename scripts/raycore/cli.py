@@ -97,9 +97,10 @@ class RecordMaker(StrEnum):
 
 
 class TreeBuilder(StrEnum):
-    """Who builds the tree."""
+    """Who builds the tree; cpu is another name of the host."""
 
     host = "host"
+    cpu = "cpu"
     model = "model"
     rtl = "rtl"
 
@@ -238,7 +239,7 @@ def render(
     ] = Engine.rtl,
     tree: Annotated[
         TreeBuilder,
-        typer.Option(help="host: exact SAH with clipping, one tree over everything; model: the tree that the tree-building unit "
+        typer.Option(help="host, or cpu: exact SAH with clipping, one tree over everything; model: the tree that the tree builder "
             "makes; rtl: the unit builds it, in the same run of the hardware, before the picture. By these two, dynamic objects "
             "have trees of their own, which rigid ones share."),
     ] = TreeBuilder.host,
@@ -326,7 +327,7 @@ def render(
         loaded = _scene(scene, not no_textures, compact_textures)
         complete_view(loaded, view)  # what is wrong with the view shows before the tree is built
     with _status(console, f"Building the tree of {len(loaded.triangles):,} triangles"):
-        geometry = build_geometry(loaded, None if tree is TreeBuilder.host else Params(), in_hardware)
+        geometry = build_geometry(loaded, None if tree in (TreeBuilder.host, TreeBuilder.cpu) else Params(), in_hardware)
         image = None if in_hardware else build_image(geometry, view)
     _note((*loaded.warnings, *geometry.notes))
 

@@ -6,7 +6,7 @@
 //   end_valid_o   a bounce without a ray: the path ends
 // A job starts, and a ray is popped, only if the queue of rays has room for it: nothing inside waits.
 module rc_secondary import rc_pkg::*; import rc_shade_pkg::*; import rc_bounce_pkg::*; #(
-  parameter int unsigned NumStacks = 60          // 1 to 256, of 16 entries
+  parameter int unsigned NumStacks = 64          // 1 to 256, of 16 entries
 ) (
   input  logic                   clk_i,
   input  logic                   rst_ni,

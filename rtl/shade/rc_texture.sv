@@ -7,7 +7,7 @@
 //    └───────────────────────────────── queue of hits ───────────────────────────────────────┘
 // The hit itself stays in one queue meanwhile. Every part waits for the next one and for memory only.
 module rc_texture import rc_pkg::*; import rc_shade_pkg::*; import rc_tex_pkg::*; #(
-  parameter int unsigned UvSets   = 64,    // sets of two lines of two records: 7.5 KB
+  parameter int unsigned UvSets   = 32,    // sets of two lines of two records: 3.75 KB
   parameter int unsigned UvDepth  = 32,    // hits that wait for their record
   parameter int unsigned UvMiss   = 8,     // lines asked for
   parameter int unsigned TexSets  = 32,    // sets of two blocks in each of four banks: 16 KB

@@ -25,7 +25,7 @@ LINE_BITS, LINE_ADDR_BITS = 480, 26  # LINE_W, LINE_ADDR_W of rc_pkg.sv
 L1_WAYS = 2  # rc_l1
 # KB of an RTU that no cache of a sweep is part of: triangle information, coordinates, textures, stacks, queues. As slang elaborates
 # it; tests/test_sweep.py compares.
-OTHER_SRAM_KB = 210.93
+OTHER_SRAM_KB = 209.20
 DEFAULTS = {"nt_sets": 128, "list_sets": 32, "l2_sets": 256, "l2_ways": 14}
 NAMES = {"nt_sets": "NtSets", "list_sets": "ListSets", "l2_sets": "L2Sets", "l2_ways": "L2Ways"}  # parameters of the RTL
 MAX_POINTS = 10_000

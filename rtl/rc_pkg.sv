@@ -33,6 +33,10 @@ package rc_pkg;
     return a ^ {1'b1, {(FP_W - 1) {1'b0}}};
   endfunction
 
+  function automatic fp_t fp_inverse(fp_t quot);   // 1/d as rays carry it: 1/0 is +-FP_HUGE, nothing else is infinite
+    return (quot[FP_W-2:0] == FP_INF[FP_W-2:0]) ? {quot[FP_W-1], FP_HUGE[FP_W-2:0]} : quot;
+  endfunction
+
   // ---- indices ----------------------------------------------------------------------------------
   parameter int unsigned RAY_ID_W = 8;     // paper Sec. 3.3
   parameter int unsigned IDX_W    = 24;    // nodes, list entries, triangles
@@ -101,8 +105,11 @@ package rc_pkg;
   // Instance, 256 bytes: a tree and its box; the way into the object's coordinates and out of them, if it is placed. Record 0
   // is the top-level tree, whose lists name the others.
   //   bytes 0-31 inst_t   32-127 three rows inst_row_t   128-191 place_t
-  parameter int unsigned INST_LINES = 4;
-  parameter int unsigned PLACE_LINE = 2;   // place_t
+  parameter int unsigned INST_LINES  = 4;
+  parameter int unsigned PLACE_LINE  = 2;  // place_t
+  parameter int unsigned INST_HALF_W = $clog2(2 * INST_LINES);
+  typedef logic [INST_HALF_W-1:0] inst_half_t;
+  parameter inst_half_t BOX_HALF = 'd0, ROW_FIRST = 'd1, ROW_LAST = 'd3;   // halves of lines: inst_t, inst_row_t
   typedef struct packed {
     logic [35:0] zero3;                  fp_t hi_z;                                 // word 3
     logic [11:0] zero2;  fp_t hi_y;      fp_t hi_x;                                 // word 2

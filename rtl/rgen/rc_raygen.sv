@@ -199,8 +199,7 @@ module rc_raygen import rc_pkg::*; (
   rc_fp_div #(.ExpW(FP_EXP_W), .ManW(FP_MAN_W), .Latency(LAT_DIV)) u_div (
     .clk_i, .a_i(FP_ONE), .b_i(beat_of(T_IDIR) == 2'd3 ? len : dir_ser), .y_o(quot)
   );
-  // Only 1/0 is infinite: the smallest number's inverse is FP_HUGE itself.
-  assign inv_z = (quot[FP_W-2:0] == FP_INF[FP_W-2:0]) ? {quot[FP_W-1], FP_HUGE[FP_W-2:0]} : quot;
+  assign inv_z = fp_inverse(quot);
   rc_delay #(.Width(FP_W), .Depth(LAT_DIV)) u_dir_z (.clk_i, .in_i(dir_ser), .out_o(dir_z));
   always_ff @(posedge clk_i) begin
     {dir_x_q, dir_y_q} <= {dir_y_q, dir_z};

@@ -176,11 +176,11 @@ module rc_tni_front import rc_pkg::*, rc_tni_pkg::*; (
   rc_delay #(.Width(FP_W), .Depth(P_QUOT - P_RCP)) u_rcp_quot (.clk_i, .in_i(rcp), .out_o(rcp_quot));
   rc_fp_mul #(.Latency(LAT_MUL)) u_t (.clk_i, .a_i(num_quot), .b_i(rcp_quot), .y_o(t_o));
 
-  // The ray in an object's coordinates; 1/0 is FP_HUGE, as everywhere.
+  // The ray in an object's coordinates.
   rc_delay #(.Width(FP_W), .Depth(P_QUOT - P_DEN)) u_den_quot (.clk_i, .in_i(den), .out_o(den_quot));
   assign entered_quot_o.org     = fp_neg(num_quot);
   assign entered_quot_o.dir     = den_quot;
-  assign entered_quot_o.inv_dir = (den_quot[FP_W-2:FP_MAN_W] == '0) ? {den_quot[FP_W-1], FP_HUGE[FP_W-2:0]} : rcp_quot;
+  assign entered_quot_o.inv_dir = fp_inverse(rcp_quot);
 
   rc_delay #(.Width(2 * FP_W), .Depth(P_T - P_OPER)) u_d_uv (.clk_i, .in_i({d_u, d_v}), .out_o({d_u_t, d_v_t}));
   rc_fp_mul #(.Latency(LAT_MUL)) u_tdu (.clk_i, .a_i(t_o), .b_i(d_u_t), .y_o(tdu_td_o));

@@ -91,7 +91,7 @@ module rc_tni_next import rc_pkg::*, rc_tni_pkg::*; (
       end
       ENTER: begin
         next_o.idx = state_i.idx + 1'b1;
-        if (state_i.idx[HALF_IDX_W-1:0] == ROW_LAST) begin
+        if (inst_half_t'(state_i.idx) == ROW_LAST) begin
           next_o.mode   = TRAV;
           next_o.placed = 1'b1;
           next_o.idx    = root_i;

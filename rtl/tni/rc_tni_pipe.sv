@@ -118,7 +118,7 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
                                : list_entry_t'(list_line[si.idx[3:1]][25:0]);
   assign from_list = in_list(si.mode, si.level, si.direct);
   assign what      = from_list ? entry.tri_idx : si.idx;
-  assign half      = (si.mode == BOX) ? inst_half(inst_id_t'(what), '0) : what;
+  assign half      = (si.mode == BOX) ? inst_half(inst_id_t'(what), BOX_HALF) : what;
   assign last_index = !from_list || entry.last;
   assign act_index = v_q[P_INDEX] && (from_list ? list_hit : 1'b1) && !nt_bad;
   assign nt_any    = si.mode == TRAV || si.mode == ISECT || si.mode == ENTER || in_record(si.mode, si.level);
@@ -246,7 +246,7 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
     .best_lt_stack_i(best_lt_stack), .best_lt_pop_i(best_lt_pop), .next_o(next), .enters_o(enters), .done_o(next_done));
   rc_ram_1r1w #(.Width($bits(back_t)), .Depth(1 << SLOT_W)) u_back_to (
     .clk_i, .we_i(enters), .waddr_i(s.slot),
-    .wdata_i({last, s.idx + 1'b1, s.sp, placed ? tri_idx[HALF_IDX_W+:INST_W] : NOT_PLACED}),
+    .wdata_i({last, s.idx + 1'b1, s.sp, placed ? inst_of(tri_idx) : NOT_PLACED}),
     .re_i(v_q[P_END-1] && gen_p[P_END-1].s_q.level == OBJECT), .raddr_i(gen_p[P_END-1].s_q.slot), .rdata_o(back));
 
   rc_tni_rays u_rays (
@@ -255,7 +255,7 @@ module rc_tni_pipe import rc_pkg::*, rc_tni_pkg::*; #(
     .rd_valid_i(v_q[P_LINE]), .rd_slot_i(sl.slot),
     .rd_object_i(sl.placed && sl.level == OBJECT && (sl.mode == TRAV || sl.mode == ISECT)), .rd_ray_o(ray_oper),
     .axis_valid_i(v_q[P_QUOT] && a_q[P_QUOT] && sq.mode == ENTER), .axis_slot_i(sq.slot),
-    .axis_row_i(sq.idx[HALF_IDX_W-1:0]), .axis_i(entered),
+    .axis_row_i(inst_half_t'(sq.idx)), .axis_i(entered),
     .hit_valid_i(hit_valid), .hit_slot_i(s.slot), .hit_surf_i(hit_surf), .hit_opaque_i(opaque), .hit_mat_i(mat),
     .hit_beta_i(beta), .hit_gamma_i(gamma),
     .done_valid_i(v_q[P_TOP] && done_q), .done_slot_i(gen_p[P_TOP].s_q.slot), .done_hit_i(gen_p[P_TOP].s_q.hit),

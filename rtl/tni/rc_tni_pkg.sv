@@ -114,12 +114,12 @@ package rc_tni_pkg;
     inst_id_t        inst;      // the object, if it is placed
   } back_t;
 
-  localparam int unsigned INST_HALVES = 2 * INST_LINES;
-  localparam int unsigned HALF_IDX_W  = $clog2(INST_HALVES);
-  localparam logic [HALF_IDX_W-1:0] ROW_FIRST = HALF_IDX_W'(1), ROW_LAST = HALF_IDX_W'(3);   // halves with inst_row_t
-
-  function automatic idx_t inst_half(inst_id_t inst, logic [HALF_IDX_W-1:0] half);   // from INST_BASE
+  // A half line of an instance's record, counted from INST_BASE, and back.
+  function automatic idx_t inst_half(inst_id_t inst, inst_half_t half);
     return idx_t'({inst, half});
+  endfunction
+  function automatic inst_id_t inst_of(idx_t half);
+    return inst_id_t'(half >> INST_HALF_W);
   endfunction
 
   // Where a traversal step leads.

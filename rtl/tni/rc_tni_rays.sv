@@ -23,7 +23,7 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
   output ray_const_t rd_ray_o,             // one cycle later
   input  logic       axis_valid_i,         // ENTER: a component of that
   input  slot_t      axis_slot_i,
-  input  logic [HALF_IDX_W-1:0] axis_row_i,
+  input  inst_half_t axis_row_i,
   input  ray_axis_t  axis_i,
   input  logic       hit_valid_i,          // a nearer hit
   input  slot_t      hit_slot_i,
@@ -65,7 +65,7 @@ module rc_tni_rays import rc_pkg::*, rc_tni_pkg::*; (
     .rdata_o(rd_scene));
   for (genvar i = 0; i < 3; i++) begin : gen_axis
     rc_ram_1r1w #(.Width($bits(ray_axis_t)), .Depth(SLOTS)) u_axis (
-      .clk_i, .we_i(axis_valid_i && axis_row_i == ROW_FIRST + HALF_IDX_W'(i)), .waddr_i(axis_slot_i), .wdata_i(axis_i),
+      .clk_i, .we_i(axis_valid_i && axis_row_i == ROW_FIRST + inst_half_t'(i)), .waddr_i(axis_slot_i), .wdata_i(axis_i),
       .re_i(rd_valid_i && rd_object_i), .raddr_i(rd_slot_i), .rdata_o(rd_axis[i]));
   end
   always_ff @(posedge clk_i) rd_object_q <= rd_object_i;

@@ -43,7 +43,6 @@ ALPHA_MODES = ("opaque", "mask", "blend")  # alpha_e
 MAX_SIDE, MAX_PIXELS = 16384, 1 << 26
 BOX_MARGIN = 2.0**-10  # the scene's box is enlarged by this much before it is rounded
 SLACK_GROWTH, MAX_SLACK = 1.5, 64.0  # see edge_slack
-LIST_TRIANGLE, LIST_OPAQUE = np.uint32((1 << 24) - 1), np.uint32(1 << 25)  # list_entry_t
 FAR = 2.0**20  # no eye and no lamp may be further off, in half sizes of the scene
 
 NODE = (("split", 24), ("axis", 2), ("swap", 1), ("lower_empty", 1), ("upper_empty", 1), ("other", 24), ("zero", 7))
@@ -307,7 +306,7 @@ def build_geometry(scene, params=None, in_hardware=False):
     textured = time.perf_counter()
     materials = _materials(scene, fields)
     opaque = _opaque(materials)[kept.face_material]
-    tree.lists &= ~np.where(opaque[tree.lists & LIST_TRIANGLE], 0, LIST_OPAQUE).astype(np.uint32)
+    tree.lists = kdtree.opaque_lists(tree.lists, opaque)
     things, roots = (plan_objects(scene, unit, kept_unit, places, numbers, opaque) if dynamic else None), None
     if dynamic and not in_hardware:
         nodes, lists, roots = by_model(things, tree.params)
@@ -484,15 +483,16 @@ def _builder_registers(geometry, regions, room):
 
 def pack_instances(roots, things):
     """Records of the top-level tree and the objects: (K, 32) uint64. roots: of all of them; things: `objects.Objects`."""
-    first = len(things.boxes) - len(things.places)  # placed object
     words = np.zeros((len(things.boxes), INSTANCE_WORDS), np.uint64)
-    words[:, :4] = pack_records(INSTANCE, instance_fields(roots, things.boxes, np.arange(len(words)) >= first))
+    first = len(words) - len(things.places)  # placed object
+    boxes = pack_records(INSTANCE, instance_fields(roots, things.boxes, np.arange(len(words)) >= first))
+    words[:, : boxes.shape[1]] = boxes
     if things.places:
         rotation, origin = np.stack([p.rotation for p in things.places]), np.stack([p.origin for p in things.places])
         *rows, place = place_fields(rotation, origin, roots[first:])
-        for i, row in enumerate(rows, 1):
-            words[first:, 4 * i : 4 * i + 4] = pack_records(INSTANCE_ROW, row)
-        words[first:, 16:24] = pack_records(PLACE, place)
+        parts = (boxes[first:], *(pack_records(INSTANCE_ROW, row) for row in rows), pack_records(PLACE, place))
+        whole = np.concatenate(parts, axis=1)
+        words[first:, : whole.shape[1]] = whole
     return words
 
 

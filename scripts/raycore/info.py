@@ -7,7 +7,7 @@ import numpy as np
 
 from raycore import tbu
 from raycore.image import OPTICS, build_geometry, build_image, unpack_records
-from raycore.objects import stored
+from raycore.objects import shapes_of, stored
 from raycore.scene import compact_textures, load_scene, without_textures
 
 
@@ -45,7 +45,7 @@ def _objects(scene):
     return {
         "built": int(scene.objects.max()) - len(places),
         "placed": len(places),
-        "shapes": len({id(p.shape) for p in places}),
+        "shapes": len(shapes_of(places)),
         "triangles_in_memory": len(kept.triangles),
     }
 

@@ -28,6 +28,7 @@ COUNT_LIMIT = 1 << 20  # triangles of one leaf
 LINE_NODES = 8  # nodes of 8 bytes in a block of 64
 
 AXIS_LEAF = 3
+LIST_TRIANGLE, LIST_OPAQUE = np.uint32((1 << 24) - 1), np.uint32(1 << 25)  # fields of list_entry_t
 _EMPTY = 4  # kind of an empty leaf while building; never stored
 _END, _PLANAR, _START = 0, 1, 2  # event types in the order in which a sweep meets them at one position
 _BOTH, _LEFT, _RIGHT = 0, 1, 2
@@ -629,7 +630,7 @@ def _pack(built, params):
     sizes = count[many].astype(np.int64)
     starts = np.concatenate(([0], np.cumsum(sizes)))
     source = np.repeat(first[many] - starts[:-1], sizes) + np.arange(starts[-1])
-    lists = leaf_tris[source].astype(np.uint32) | np.uint32(1 << 25)
+    lists = leaf_tris[source].astype(np.uint32) | LIST_OPAQUE
     if many.size:
         lists[starts[1:] - 1] |= np.uint32(1 << 24)
 
@@ -771,6 +772,11 @@ def build(tri24, mask=None, params=None):
 
 
 # ---- reading a tree back ---------------------------------------------------------------------------------------------
+
+
+def opaque_lists(lists, opaque):
+    """List entries (m,) uint32, of which those of triangles that are not opaque lose their flag. opaque (N,) bool."""
+    return lists & ~np.where(opaque[lists & LIST_TRIANGLE], 0, LIST_OPAQUE).astype(np.uint32)
 
 
 @dataclass

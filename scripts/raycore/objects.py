@@ -16,7 +16,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from raycore import accel, kdtree, tbu
+from raycore import accel, kdtree, tbu, triaccel
 from raycore.errors import SceneError
 from raycore.model import fp24
 from raycore.model import tbu as model
@@ -126,7 +126,7 @@ class Objects:
     @property
     def shapes(self):
         """Those of the placed objects, each once."""
-        return list({id(p.shape): p.shape for p in self.places}.values())
+        return shapes_of(self.places)
 
     @property
     def made(self):
@@ -149,6 +149,11 @@ class Objects:
 
 
 # ---- shapes of placed objects ----------------------------------------------------------------------------------------------
+
+
+def shapes_of(places):
+    """The shapes of some `Place`, each once."""
+    return list({id(p.shape): p.shape for p in places}.values())
 
 
 def stored(scene, unit):
@@ -198,8 +203,9 @@ def stored(scene, unit):
         objects=None,
         placed=[],
     )
-    dropped = ~np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]).any(axis=1)
-    kept = replace(unit, triangles=triangles, normals=fp24.round_to_fp24(normals), dropped=dropped)
+    kept = replace(
+        unit, triangles=triangles, normals=fp24.round_to_fp24(normals), dropped=~triaccel.has_area(triangles)
+    )
     return own, kept, places, numbers
 
 
@@ -246,12 +252,7 @@ def _host_trees(meshes):
     return [_made[key] for key in keys]
 
 
-def _opaque_lists(lists, opaque):
-    """List entries, of which those of triangles that are not opaque lose their flag."""
-    return lists & ~np.where(opaque[lists & 0xFFFFFF], 0, 1 << 25).astype(np.uint32)
-
-
-def _at(tree, node_first, list_first, tri_first):
+def relocated(tree, node_first, list_first, tri_first):
     """Nodes and list entries of a tree whose nodes, entries and triangles begin elsewhere than at 0."""
     leaf = tree.nodes >> np.uint64(24) & np.uint64(3) == kdtree.AXIS_LEAF
     count, ref = tree.nodes & np.uint64(0xFFFFF), tree.nodes >> np.uint64(29)
@@ -291,7 +292,7 @@ def plan_objects(scene, unit, kept, places, numbers, opaque) -> Objects:
     things = Objects(None, [*parts, top], np.concatenate((whole[None], boxes)), None, None, numbers, places)
     shapes = [(kept.triangles[s.first : s.last], kept.dropped[s.first : s.last], SHAPE_PARAMS) for s in things.shapes]
     static, *trees = _host_trees([(kept.triangles[:n], kept.dropped[:n], kdtree.Params()), *shapes])
-    things.static = replace(static, lists=_opaque_lists(static.lists, opaque))
+    things.static = replace(static, lists=kdtree.opaque_lists(static.lists, opaque))
     if n == 0:
         things.static = replace(static, bounds=np.zeros((2, 3)))
     things.nodes, things.lists = _beside(things.static, things.shapes, trees, opaque)
@@ -305,10 +306,10 @@ def _beside(static, shapes, trees, opaque):
     nodes, lists, node_at, list_at = [static.nodes], [static.lists], static.nodes.size, static.lists.size
     for shape, tree in zip(shapes, trees):
         node_first, list_first = _whole(node_at, kdtree.LINE_NODES), _whole(list_at, LINE_ENTRIES)
-        words, entries = _at(tree, node_first, list_first, shape.first)
+        words, entries = relocated(tree, node_first, list_first, shape.first)
         shape.root = node_first + tree.root
         nodes += [np.full(node_first - node_at, kdtree.AXIS_LEAF << 24, np.uint64), words]  # as the host's padding: empty leaves
-        lists += [np.zeros(list_first - list_at, np.uint32), _opaque_lists(entries, opaque)]
+        lists += [np.zeros(list_first - list_at, np.uint32), kdtree.opaque_lists(entries, opaque)]
         node_at, list_at = node_first + words.size, list_first + entries.size
     return np.concatenate(nodes), np.concatenate(lists)
 

@@ -157,6 +157,23 @@ def _coverage_file(run_dir: Path) -> Path:
     return COVERAGE_DIR / f"{run_dir.parents[1].name}-{run_dir.name}-{_digest(str(run_dir))[:6]}.dat"
 
 
+class Lru:
+    """What a set-associative cache of lines has: a list a set, the one used longest ago first."""
+
+    def __init__(self, sets: int, ways: int):
+        self.sets, self.ways, self.lines = sets, ways, {}
+
+    def hit(self, addr: int) -> bool:
+        """Look a line up, and keep it: whether it was there."""
+        lines = self.lines.setdefault(addr % self.sets, [])
+        hit = addr in lines
+        if hit:
+            lines.remove(addr)
+        lines.append(addr)
+        del lines[:-self.ways]
+        return hit
+
+
 def session_seed() -> int:
     """Seed of this test session: RAYCORE_SEED, which conftest.py sets and prints; 1 outside pytest."""
     return int(os.environ.get("RAYCORE_SEED", "1"), 0)

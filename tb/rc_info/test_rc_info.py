@@ -14,7 +14,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 
 from raycore.model import fp24, shade
-from raycore.tbutil import package_with_latencies, rtl, run_cocotb
+from raycore.tbutil import Lru, package_with_latencies, rtl, run_cocotb
 
 ONE, ZERO, NAN, INF, HUGE = 0x3F0000, 0, fp24.NAN_BITS, fp24.INF_BITS, 0x7D0000
 CORNERS = [ZERO, 0x800000, 0x010000, 0x810000, ONE, 0xBF0000, 0x7EFFFF, 0xFEFFFF, INF, 0xFF0000, NAN, 0x000001, 0x80FFFF, 0x7F0001,
@@ -116,22 +116,6 @@ class World:
         rng = self.rng
         inst = rng.choice(list(self.places)) if rng.random() < p_placed else 0
         return rng.choice(list(self.tris)), inst
-
-
-class Lru:
-    """The cache as a list a set."""
-
-    def __init__(self, sets, ways):
-        self.sets, self.ways, self.lines = sets, ways, {}
-
-    def hit(self, addr):
-        lines = self.lines.setdefault(addr % self.sets, [])
-        hit = addr in lines
-        if hit:
-            lines.remove(addr)
-        lines.append(addr)
-        del lines[:-self.ways]
-        return hit
 
 
 @dataclass

@@ -10,7 +10,7 @@ import pytest
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 
-from raycore.tbutil import rtl, run_cocotb
+from raycore.tbutil import Lru, rtl, run_cocotb
 
 SOURCES = rtl("prim/rc_skid.sv", "prim/rc_ram_1r1w.sv", "prim/rc_fifo.sv", "mem/rc_ro_cache.sv")
 
@@ -61,22 +61,6 @@ class Bench:
         while self.todo or self.flying:
             await self.cycle()
             assert self.now < limit, f"hangs with {len(self.flying)} requests inside"
-
-
-class Lru:
-    """The same cache as a list per set."""
-
-    def __init__(self, sets, ways):
-        self.sets, self.ways, self.lines = sets, ways, {}
-
-    def hit(self, addr):
-        lines = self.lines.setdefault(addr % self.sets, [])
-        hit = addr in lines
-        if hit:
-            lines.remove(addr)
-        lines.append(addr)
-        del lines[:-self.ways]
-        return hit
 
 
 async def reset(dut):

@@ -5,7 +5,7 @@ import random
 
 import numpy as np
 
-from raycore import kdtree, triaccel
+from raycore import kdtree, objects, triaccel
 from raycore.model import fp24, rgen, tracer
 
 NODE_BASE, LIST_BASE, ACCEL_BASE, INST_BASE = 0x40, 0x4000, 0x8000, 0xC000  # line addresses
@@ -121,8 +121,8 @@ class Objects(Bench):
     object whose shape it is, rotation (3, 3) and origin (3,) with which it is placed; its own triangles then count for nothing.
     """
 
-    def __init__(self, static, objects, params=None, cut=False, places=None):
-        groups = [fp24.round_to_fp24(np.clip(g, -1.0, 1.0)) for g in (static, *objects)]
+    def __init__(self, static, things, params=None, cut=False, places=None):
+        groups = [fp24.round_to_fp24(np.clip(g, -1.0, 1.0)) for g in (static, *things)]
         super().__init__(np.concatenate(groups))
         records = np.array([self.lines[ACCEL_BASE + i // 2][4 * (i % 2) :][:4] for i in range(len(self.triangles))], np.uint64)
         grow = np.array([[-(2.0**-10)] * 3, [2.0**-10] * 3])
@@ -131,15 +131,12 @@ class Objects(Bench):
         def add(tree, at):
             """Append a tree; its triangles count from `at`. Returns: its root."""
             node_at, list_at = sum(map(len, nodes)), sum(map(len, lists))
-            words, root = tree.nodes.astype(np.uint64), node_at + tree.root
-            leaf, direct = words >> np.uint64(24) & np.uint64(3) == 3, words & np.uint64(0xFFFFF) == 1
-            offset = np.where(leaf, np.where(direct, at, list_at), node_at).astype(np.uint64)
-            empty = leaf & (words & np.uint64(0xFFFFF) == 0)
-            nodes.append(words + np.where(empty, np.uint64(0), offset << np.uint64(29)))
-            lists.append(tree.lists + np.uint32(at))
-            return root
+            words, entries = objects.relocated(tree, node_at, list_at, at)
+            nodes.append(words)
+            lists.append(entries)
+            return node_at + tree.root
 
-        places = places or [None] * len(objects)
+        places = places or [None] * len(things)
         stand = [p and (p[0] + 1, *p[1:]) for p in places]  # by number of the group, the static tree's first
         world = [g if p is None else groups[p[0]] @ p[1].T + p[2] for g, p in zip(groups[1:], stand)]
         starts = np.cumsum([0, *map(len, groups)])
